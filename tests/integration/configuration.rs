@@ -101,6 +101,23 @@ fn a_method_that_is_not_there_has_the_nearest_right_spelling() {
 }
 
 #[test]
+fn a_macro_that_cannot_be_read_gives_methods_to_what_it_names() {
+    let entry = "[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"clac\"\n";
+    let with = |item: &str| run(&package(&format!("{CODE}\n{item}\n"), entry), [""; 0]);
+    for item in ["lite::flags! { struct Mode: u8 { const ARMED = 1; } }", "lite::laws!(Robot);"] {
+        with(item).assert_code(101).assert_stderr("`crate::control::Pid` has no method `clac`");
+    }
+    for item in [
+        "lite::laws!(control::Pid);",
+        "use control::Pid as Regulator; lite::laws!(Regulator);",
+        "impl control::Pid { lite::laws!(clac); }",
+        "lite::all_laws!();",
+    ] {
+        with(item).assert_code(0);
+    }
+}
+
+#[test]
 fn what_a_function_of_an_unread_type_gives_is_a_filter_where_it_is_used_as_one() {
     let code = "\
 pub fn run(read: fn() -> f32, write: fn(f32)) {

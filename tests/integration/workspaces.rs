@@ -93,6 +93,11 @@ fn laws_by_traits_that_make_no_filters() {
 }
 
 #[test]
+fn laws_by_a_trait_of_many_types() {
+    check_with("configured_many", "expected.txt", &["-W", "unproved_update"]);
+}
+
+#[test]
 fn channels_by_literal_keys() {
     check_with("configured_keys", "expected.txt", &["-W", "unproved_update"]);
 }

@@ -18,13 +18,13 @@ use super::given::place_of;
 use super::handles::{self, Handles, Joined};
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
-use super::missed;
 use super::recursive::is_told_by_outer;
 use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
+use super::{missed, samples};
 use crate::config::Multiplicity;
 use crate::flow::{
     Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
@@ -400,7 +400,7 @@ impl Context<'_> {
             // A function that never comes to its end is called once at most.
             _ if presumed && decision.counts.is_empty() && decision.verdict != Verdict::Repeated => return None,
             Verdict::Once | Verdict::Guarded if is_kept => return None,
-            Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
+            Verdict::Once if is_sample_loop => samples::of_loop(search, region, decision),
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
             // What only may be a cycle owes nothing.
             Verdict::Missed if presumed => return None,

@@ -16,6 +16,7 @@ use super::skips::{
     is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
 };
+use super::taken_out;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
@@ -155,6 +156,9 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     if pauses && search.is_parked(region) {
         return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
     }
+    if decision.verdict.is_proved() && taken_out::goes_back(search, region) {
+        return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
+    }
     if pauses && search.is_chosen_by_callee() {
         return Decision { primary: decision.primary, ..Decision::unproved(which_variant()) };
     }
@@ -241,9 +245,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
         return Decision { verdict: Verdict::Unproved, cause, ..base };
     }
-    // A clone of the handle is somewhere else, and may be used from there at any time.
-    let is_kept = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
-    if let Some((_, cause)) = search.graph.kept.iter().find(|(place, _)| is_kept(place)) {
+    if let Some(cause) = kept_elsewhere(search) {
         return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
     }
     // The updates that are there are another element's, or dead.
@@ -318,6 +320,12 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }
     decision
+}
+
+/// Why a filter may be updated at any time: a clone of its handle, or a pointer to it, is somewhere else.
+pub(super) fn kept_elsewhere<'s>(search: &'s Search<'_>) -> Option<&'s Cause> {
+    let is_kept = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    search.graph.kept.iter().find(|(place, _)| is_kept(place)).map(|(_, cause)| cause)
 }
 
 fn skipped(

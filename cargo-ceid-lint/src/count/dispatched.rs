@@ -5,9 +5,12 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::callgraph::{callees, components};
+use super::counts::Count;
+use super::given::{Given, GivenBase};
 use super::instances::place_ty;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place};
-use crate::index::{FunctionId, Index, Owner, Ty};
+use super::summary::{Outcome, Summaries};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place, Projection};
+use crate::index::{FunctionId, Index, Owner, Shape, TraitName, Ty};
 
 /// Says of the receivers of such calls that what happens in them is unknown.
 pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
@@ -70,6 +73,63 @@ pub(super) fn hidden_at(
     let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
     roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
     roots
+}
+
+/// Whether a call that [`mark`] has marked at a node is one update of whatever is there, all the same: each of the bodies is the law of
+/// its type, or updates once whatever lies in a value of its type.
+pub(super) fn is_one_update(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    summaries: &Summaries,
+    marked: NodeId,
+    half: usize,
+) -> bool {
+    let next = graph.node(marked).next.first().map(|next| &graph.node(*next).effect);
+    let Some(Effect::Call(site)) = next else { return false };
+    let is_one = |outcomes: &Vec<Outcome>| {
+        let is_told = |outcome: &Outcome| outcome.unknown.as_ref().is_none_or(|cause| *cause == too_many());
+        !outcomes.is_empty() && outcomes.iter().all(|outcome| outcome.count == Count::One && is_told(outcome))
+    };
+    let is_law = |target: &FunctionId| match index.function(*target).owner {
+        Owner::Impl(of) => index.law_run_by(&index.impl_def(of).self_ty, *target).is_some(),
+        Owner::Trait(_) | Owner::Module => false,
+    };
+    let some_law = site.targets.iter().any(is_law);
+    some_law && site.targets.iter().all(|target| {
+        let Owner::Impl(of) = index.function(*target).owner else { return false };
+        let Some(summary) = summaries.get(*target) else { return summaries.is_open(*target) };
+        let Some(ways) = summary.halves.get(half) else { return false };
+        let ty = &index.impl_def(of).self_ty;
+        let mut own = ways.iter().filter(|(given, _)| given.base == GivenBase::Param(0));
+        match (index.law_run_by(ty, *target), ty) {
+            (Some((_, law)), _) => law == half && own.any(|(given, ways)| given.steps.is_empty() && is_one(ways)),
+            (None, Ty::Adt(id, _)) => {
+                let own: Vec<_> = own.collect();
+                let is_updated = |field: &str| {
+                    let is_in = |given: &Given| matches!(given.steps.first(), Some(Projection::Field(name)) if **name == *field);
+                    own.iter().any(|(given, _)| is_in(given))
+                };
+                let Shape::Struct(of_type) = &index.type_def(*id).shape else { return !index.holds_filter(ty) };
+                own.iter().all(|(_, ways)| is_one(ways))
+                    && of_type.fields.iter().all(|field| {
+                        let is_open = |ty: Ty| index.holds_filter(&ty) || ty.has_part(&mut |part| is_by_trait(part));
+                        is_updated(&field.name) || !index.field_ty(ty, None, &field.name).is_some_and(is_open)
+                    })
+            }
+            // A pointer or a reference is what it leads to.
+            (None, _) => own.any(|(given, ways)| given.steps.is_empty() && is_one(ways)),
+        }
+    })
+}
+
+/// Whether a trait of the analysed code is all that is known of a type.
+fn is_by_trait(ty: &Ty) -> bool {
+    let bounds = match ty {
+        Ty::Param(param) => &param.bounds,
+        Ty::Opaque(bounds) => &**bounds,
+        _ => return false,
+    };
+    bounds.iter().any(|bound| matches!(bound.name, TraitName::Local(_)))
 }
 
 fn calls(graph: &ControlFlowGraph) -> impl Iterator<Item = (usize, &CallSite)> {

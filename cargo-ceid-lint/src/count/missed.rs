@@ -1,7 +1,7 @@
 //! Filters that no path of a cycle updates.
 
 use super::analyse::CycleId;
-use super::decide::{Decision, law_name};
+use super::decide::{Decision, kept_elsewhere, law_name};
 use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;
@@ -72,7 +72,8 @@ pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decis
 }
 
 pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
-    if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)) {
+    let kept = || kept_elsewhere(search).cloned();
+    if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)).or_else(kept) {
         return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
     }
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };

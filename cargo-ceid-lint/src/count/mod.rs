@@ -1,6 +1,7 @@
 //! The analysis this tool exists for: how often each cycle updates each filter. Reads graphs, never syntax.
 
 mod aliases;
+mod alters;
 mod analyse;
 mod analysis;
 mod answers;

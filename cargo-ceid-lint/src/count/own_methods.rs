@@ -39,6 +39,7 @@ pub(super) fn add(index: &Index, graph: &ControlFlowGraph, summary: &mut Summary
     let unknown = || Outcome { returned: heads, ..Outcome::unknown(not_told()) };
     match known {
         Own::Law(spec, half) => {
+            summary.alters.retain(|given| !is_told || given.base != whole.base);
             let channel = |key: &u32| Projection::Channel(IndexKey::Param(*key as usize + 1));
             let given = Given { steps: spec.key.iter().map(channel).collect(), ..whole };
             let fails = spec.on_err == OnErr::Untouched && heads & returned::ABSENT != 0;

@@ -1,4 +1,4 @@
-//! Methods that do what the law of their filter does: a filter that a cycle only runs by one of them does not stand still, but its
+//! Functions that do what the law of their filter does: a filter that a cycle only runs by one of them does not stand still, but its
 //! law does not run either.
 
 use std::collections::BTreeSet;
@@ -8,19 +8,23 @@ use super::given::{Given, GivenBase, MAX_PLACES, note, place_of};
 use super::instances::inner;
 use super::search::{Region, Search};
 use super::summary::Summary;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, stands_in};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, stands_in, stands_in_for_states};
 
-/// Says of a method that stands in for a law that it does.
+/// Says of a function that stands in for a law that it does.
 pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut Summary) {
     let index = program.index;
     let id = index.origin(graph.function);
+    let cause = |law: &str| Cause::Limit(format!("`{}` writes what the law `{law}` advances", index.function(id).name));
+    for (number, half, law) in stands_in_for_states(program, id) {
+        let state = Given { base: GivenBase::Param(number), steps: Vec::new() };
+        summary.stand_ins.insert((state, half), cause(&law));
+    }
     let Some(receiver) = graph.params.first().filter(|_| index.function(id).function.receiver.is_some()) else {
         return;
     };
     for (half, law) in stands_in(program, id, &inner(&graph.var(*receiver).ty)) {
         let whole = Given { base: GivenBase::Param(0), steps: Vec::new() };
-        let cause = format!("`{}` writes what the law `{law}` advances", index.function(id).name);
-        summary.stand_ins.insert((whole, half), Cause::Limit(cause));
+        summary.stand_ins.insert((whole, half), cause(&law));
     }
 }
 

@@ -98,6 +98,8 @@ pub(super) struct Summary {
     pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
+    /// The same without what laws write of their own filters.
+    pub(super) alters: BTreeSet<Given>,
     /// What of it it leaves alone where it gives back `None` or `Err`.
     pub(super) writes_if_present: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
@@ -308,6 +310,7 @@ impl Summaries {
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        summary.alters = super::alters::find(graph, &aliases, self);
         summary.writes_if_present = only_with::present(graph, &aliases, self, &summary.writes);
         if summary.sets.len() > MAX_PLACES {
             summary.sets = summary.writes.iter().map(|given| (given.clone(), None, None)).collect();

@@ -10,11 +10,7 @@ use crate::syntax::tree::TypeRef;
 /// Why it cannot be said that nothing updates the filter: a call gives it back by value, or what takes its place, and what it has
 /// done with it before is not told of its place.
 pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
-    let is_inside = |node: &&Node| match region {
-        Region::Function => true,
-        Region::Loop(own) => search.graph.is_within(node.in_loop, own),
-    };
-    let nodes: Vec<&Node> = search.graph.nodes.iter().filter(is_inside).collect();
+    let nodes: Vec<&Node> = search.graph.nodes.iter().filter(|node| is_inside(search, region, node)).collect();
     nodes.iter().find_map(|node| match &node.effect {
         Effect::Call(site) if gives_filters(search, site) => {
             let had = |is_shared: bool| {
@@ -29,6 +25,47 @@ pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
         }
         _ => None,
     })
+}
+
+/// Whether an element is taken out of the collection that the instance lies in, updated under another name, and put back there: the
+/// instance may be the one.
+pub(super) fn goes_back(search: &Search<'_>, region: Region) -> bool {
+    let Search { graph, aliases, summaries, .. } = *search;
+    let lies_in = |place: &Place| {
+        let is_beside = |root: &Place| root.base == search.instance.base && root.overlaps(search.instance);
+        aliases.shared_roots(place).iter().any(is_beside)
+    };
+    if search.instance.steps.is_empty() || !graph.taken_out.iter().any(lies_in) {
+        return false;
+    }
+    let nodes: Vec<&Node> = graph.nodes.iter().filter(|node| is_inside(search, region, node)).collect();
+    let is_taken = |var: &Var| {
+        let computed = graph.computed.get(var);
+        computed.is_some_and(|computed| computed.places.iter().any(lies_in))
+    };
+    let is_named =
+        |place: &Place, var: Var| aliases.shared_roots(place).iter().any(|root| root.base_var() == Some(var));
+    let is_updated = |var: Var| {
+        nodes.iter().any(|node| match &node.effect {
+            Effect::Update(update) => is_named(&update.place, var),
+            Effect::Call(site) => summaries.updates(site).any(|place| is_named(&place, var)),
+            _ => false,
+        })
+    };
+    nodes.iter().any(|node| match &node.effect {
+        Effect::Set(set) | Effect::Write(set) if lies_in(&set.place) => {
+            let from = set.from.as_ref().and_then(Place::base_var);
+            from.is_some_and(|var| Some(var) != search.instance.base_var() && is_taken(&var) && is_updated(var))
+        }
+        _ => false,
+    })
+}
+
+fn is_inside(search: &Search<'_>, region: Region, node: &Node) -> bool {
+    match region {
+        Region::Function => true,
+        Region::Loop(own) => search.graph.is_within(node.in_loop, own),
+    }
 }
 
 /// Whether a call gives back filters themselves, not mere references to them.

@@ -10,7 +10,7 @@ use super::owed::is_named;
 use crate::flow::{
     Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Transfer,
 };
-use crate::index::{FunctionId, Index};
+use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 use crate::syntax::tree::Receiver;
 
@@ -43,7 +43,10 @@ impl Context<'_> {
         // A template lives on in its clones, and in what its state is assigned to.
         let is_template = !uses.looked_into && !uses.fed;
         uses.leaves |= is_template
-            && (uses.is_assigned || facts.graph.cloned.iter().any(&holds) || self.is_prototype(facts, &holds));
+            && (uses.is_assigned
+                || facts.graph.cloned.iter().any(&holds)
+                || self.is_prototype(facts, &holds)
+                || self.makes_others(facts, &holds));
         uses
     }
 
@@ -128,7 +131,8 @@ impl Context<'_> {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
-                            uses.looked_into |= !self.is_clone(site) && !is_beside_cycles();
+                            let makes_another = self.is_clone(site) || self.makes_another(facts, site);
+                            uses.looked_into |= !makes_another && !is_beside_cycles();
                         } else {
                             uses.fed = true;
                         }
@@ -141,6 +145,32 @@ impl Context<'_> {
         // A copy that leaves nothing behind is a move.
         uses.leaves |= uses.copied && is_emptied;
         uses
+    }
+
+    /// Whether a method that only reads its receiver gives another value of that type, as a clone does.
+    fn makes_another(&self, facts: &FunctionFacts<'_>, site: &CallSite) -> bool {
+        let receiver = site.args.first().and_then(|arg| arg.place.as_ref()).filter(|_| self.reads_only(site, 0));
+        let Some(Ty::Adt(id, _)) = receiver.and_then(|own| instances::place_ty(self.program.index, facts.graph, own))
+        else {
+            return false;
+        };
+        let made = &facts.graph.var(site.result).ty;
+        made.has_part(&mut |part| matches!(part, Ty::Adt(own, _) if *own == id))
+            && !made.has_part(&mut |part| matches!(part, Ty::Ref(..) | Ty::Pointer(_)))
+    }
+
+    /// Whether methods make others of a template, and something gets these for good.
+    fn makes_others(&self, facts: &FunctionFacts<'_>, holds: &impl Fn(&Place) -> bool) -> bool {
+        let is_of_it = |site: &CallSite| {
+            let receiver = site.args.first().and_then(|arg| arg.place.as_ref());
+            receiver.is_some_and(holds) && self.makes_another(facts, site)
+        };
+        facts.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Call(site) if is_of_it(site) => {
+                InstanceCopy::of(facts.graph, Base::Var(site.result), node.in_loop).is_given(facts)
+            }
+            _ => false,
+        })
     }
 
     /// Whether others begin with the state of an instance: each copy of it goes through samples of its own, or takes
@@ -298,6 +328,20 @@ struct InstanceCopy {
 }
 
 impl InstanceCopy {
+    fn of(graph: &ControlFlowGraph, made: Base, made_in: Option<LoopId>) -> Self {
+        let mut bases = vec![made];
+        for (set, from, _) in sets(graph) {
+            if bases.contains(&from.base) && !bases.contains(&set.place.base) {
+                bases.push(set.place.base);
+            }
+            let lent =
+                graph.loops.iter().flat_map(|info| &info.items).filter(|(_, source)| bases.contains(&source.base));
+            let lent: Vec<Base> = lent.map(|(item, _)| Base::Var(*item)).filter(|item| !bases.contains(item)).collect();
+            bases.extend(lent);
+        }
+        Self { bases, made_in }
+    }
+
     fn is_in(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         facts.aliases.shared_roots(place).iter().any(|root| self.bases.contains(&root.base))
     }
@@ -325,25 +369,15 @@ fn is_or_holds(facts: &FunctionFacts<'_>, other: &Place, instance: &Place) -> bo
 
 /// The copies that are made of what a test holds for.
 fn copies_of(graph: &ControlFlowGraph, holds: &impl Fn(&Place) -> bool) -> impl Iterator<Item = InstanceCopy> {
-    let sets = || {
-        graph.nodes.iter().filter_map(|node| match &node.effect {
-            Effect::Set(set) => Some((set, set.from.as_ref()?, node.in_loop)),
-            _ => None,
-        })
-    };
-    let copies = sets().filter(|(set, from, _)| set.transfer == Transfer::Copy && holds(from));
-    copies.map(move |(copy, _, made_in)| {
-        let mut bases = vec![copy.place.base];
-        for (set, from, _) in sets() {
-            if bases.contains(&from.base) && !bases.contains(&set.place.base) {
-                bases.push(set.place.base);
-            }
-            let lent =
-                graph.loops.iter().flat_map(|info| &info.items).filter(|(_, source)| bases.contains(&source.base));
-            let lent: Vec<Base> = lent.map(|(item, _)| Base::Var(*item)).filter(|item| !bases.contains(item)).collect();
-            bases.extend(lent);
-        }
-        InstanceCopy { bases, made_in }
+    let copies = sets(graph).filter(|(set, from, _)| set.transfer == Transfer::Copy && holds(from));
+    copies.map(move |(copy, _, made_in)| InstanceCopy::of(graph, copy.place.base, made_in))
+}
+
+/// The assignments of a function that name a place, with the loops that they stand in.
+fn sets(graph: &ControlFlowGraph) -> impl Iterator<Item = (&Assignment, &Place, Option<LoopId>)> {
+    graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Set(set) => Some((&**set, set.from.as_ref()?, node.in_loop)),
+        _ => None,
     })
 }
 

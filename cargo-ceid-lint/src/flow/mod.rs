@@ -23,7 +23,9 @@ pub use duplicated::Duplicated;
 pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
-pub use lower::{Told, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, told};
+pub use lower::{
+    Told, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, stands_in_for_states, told,
+};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
@@ -286,6 +288,14 @@ pub struct Assignment {
     pub head: Option<Head>,
     /// A variable with the same value.
     pub same_as: Option<Var>,
+}
+
+impl Assignment {
+    /// Whether it only tells the head of a part of what was just made.
+    #[must_use]
+    pub fn is_of_part(&self) -> bool {
+        self.from.is_none() && self.rebinds && !self.place.steps.is_empty()
+    }
 }
 
 /// How the instances that a value carries get to another place.

@@ -8,7 +8,7 @@ use super::{
     Index, Module, ModuleId, Namespace, Owner, Shape, TraitDef, TraitId, Ty, TypeDef, TypeId, ValueDef, ValueId,
 };
 use crate::syntax::tree::{
-    AssocItem, AssocKind, Attribute, Body, ExprId, ExprKind, Function, Item, ItemKind, ValueItem,
+    AssocItem, AssocKind, Attribute, Body, ExprId, ExprKind, Function, Item, ItemKind, TypeRef, ValueItem,
 };
 
 /// Collects the items of all crates.
@@ -235,7 +235,11 @@ impl Collector {
                 self.index.traits[id.0 as usize].types.insert(item.name, bounds);
             }
             AssocKind::Const(_) => {}
-            AssocKind::MacroCall(call) => self.index.opaque_items.push((module, call)),
+            AssocKind::MacroCall(mut call) => {
+                // What it makes belongs to what it stands in.
+                call.mentions.push(self.index.traits[id.0 as usize].name.clone());
+                self.index.opaque_items.push((module, call));
+            }
         }
     }
 
@@ -256,7 +260,12 @@ impl Collector {
                 let value = self.add_value(module, Owner::Impl(id), item.name.clone(), item.name_span, *value);
                 self.index.impls[id.0 as usize].consts.insert(item.name, value);
             }
-            AssocKind::MacroCall(call) => self.index.opaque_items.push((module, call)),
+            AssocKind::MacroCall(mut call) => {
+                if let TypeRef::Path(path) = &self.index.impls[id.0 as usize].self_ref {
+                    call.mentions.push(path.last().to_owned());
+                }
+                self.index.opaque_items.push((module, call));
+            }
         }
     }
 

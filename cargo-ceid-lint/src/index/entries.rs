@@ -440,7 +440,7 @@ impl Index {
     }
 
     /// The type that an alias stands for.
-    fn behind_alias(&self, def: Def) -> Option<Def> {
+    pub(super) fn behind_alias(&self, def: Def) -> Option<Def> {
         let Def::Alias(id) = def else { return Some(def) };
         let alias = &self.aliases[id.0 as usize];
         let scope = self.scope(alias.module, Owner::Module, Some(&alias.generics));

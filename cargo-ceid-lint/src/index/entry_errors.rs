@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::entries::EntryScope;
-use super::{Def, Index, ModuleId, Owner, TraitName, TypeId};
+use super::possible::may_define;
+use super::{Def, Index, ModuleId, Namespace, Owner, TraitName, TypeId};
 use crate::config::spelling::nearest;
 use crate::config::{ConfigError, FilterTarget, Word};
+use crate::syntax::tree::OpaqueMacro;
 
 impl Index {
     /// An error for a path that names a thing of another kind.
@@ -157,8 +159,24 @@ impl Index {
             _ => return None,
         };
         let krate = self.module(module).krate;
-        let has_macros = self.opaque_items.iter().any(|(at, _)| self.module(*at).krate == krate);
-        if is_open || has_macros { None } else { Some(false) }
+        let names = self.names_of(def);
+        let is_made = |(at, call): &(ModuleId, OpaqueMacro)| {
+            self.module(*at).krate == krate && names.iter().any(|name| may_define(call, [name, name]))
+        };
+        if is_open || self.opaque_items.iter().any(is_made) { None } else { Some(false) }
+    }
+
+    /// The names of a type or trait, others that modules give it among them.
+    fn names_of(&self, def: &Def) -> BTreeSet<&str> {
+        let means_it = |module: usize, name: &String| {
+            let module = ModuleId(u32::try_from(module).unwrap_or(u32::MAX));
+            let found = self.resolve(module, std::slice::from_ref(name), Namespace::Type);
+            found.and_then(|found| self.behind_alias(found)).as_ref() == Some(def)
+        };
+        let names = self.modules.iter().enumerate().flat_map(|(module, of)| {
+            of.names.keys().filter(|(namespace, _)| *namespace == Namespace::Type).map(move |(_, name)| (module, name))
+        });
+        names.filter(|(module, name)| means_it(*module, name)).map(|(_, name)| name.as_str()).collect()
     }
 
     /// The functions and methods that a type or trait is seen to have.

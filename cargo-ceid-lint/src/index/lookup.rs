@@ -189,7 +189,7 @@ impl Index {
     }
 
     /// The impls of the trait for a type parameter.
-    fn blankets_of(&self, name: &TraitName) -> &[ImplId] {
+    pub(super) fn blankets_of(&self, name: &TraitName) -> &[ImplId] {
         self.blankets_of_trait.get(name).map_or(&[], Vec::as_slice)
     }
 
@@ -248,7 +248,7 @@ impl Index {
     fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
         let mut impls = self.impls_of(ty);
         // `impl Robot<Armed>` says nothing of a `Robot<Safe>`.
-        impls.retain(|id| self.impl_def(*id).self_ty.may_be(ty));
+        impls.retain(|id| self.may_cover(*id, ty));
         let mut found = Vec::new();
         for id in &impls {
             let def = self.impl_def(*id);

@@ -11,6 +11,7 @@ mod known;
 mod lookup;
 mod names;
 mod owned;
+mod possible;
 mod rtic;
 mod states;
 mod ty;

@@ -127,6 +127,22 @@ impl Index {
         self.states.iter().filter(|state| !state.is_returned).find(is_one).map(|state| &self.specs[state.spec])
     }
 
+    /// The functions that are laws of states of a type of the analysed code: each with the number of the parameter in which it has
+    /// the state, and which half of the law it runs.
+    #[must_use]
+    pub fn laws_of_state(&self, ty: &Ty) -> Vec<(FunctionId, usize, usize)> {
+        let Ty::Adt(id, _) = ty else { return Vec::new() };
+        let own =
+            self.states.iter().filter(|state| !state.is_returned && matches!(state.ty, Ty::Adt(own, _) if own == *id));
+        let law = |state: &StateType| match &self.specs[state.spec].subject {
+            Subject::Function(def @ Def::Function(law)) => {
+                Some((*law, self.state_parameter(*law)?, self.group_of(&self.specs[state.spec], def)))
+            }
+            _ => None,
+        };
+        own.filter_map(law).collect()
+    }
+
     /// What is known of the law that gives back its state, where a value of the type is one.
     #[must_use]
     pub fn returned_spec(&self, ty: &Ty) -> Option<&FilterSpec> {

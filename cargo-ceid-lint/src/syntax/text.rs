@@ -52,6 +52,70 @@ pub(super) fn mentions(tokens: &TokenStream) -> Vec<String> {
     found.names
 }
 
+/// The fields that the tokens name, each with what it is a field of: those of identifiers that never stand without a field. What is
+/// called is no field, and what stands in front of it stands alone.
+pub(super) fn fields(tokens: &TokenStream) -> Vec<Vec<String>> {
+    let mut found = Fields::default();
+    found.tokens(tokens);
+    let Fields { mut paths, alone } = found;
+    paths.retain(|path| !alone.contains(&path[0]));
+    paths
+}
+
+#[derive(Default)]
+struct Fields {
+    paths: Vec<Vec<String>>,
+    alone: FxHashSet<String>,
+}
+
+impl Fields {
+    fn tokens(&mut self, tokens: &TokenStream) {
+        let tokens: Vec<TokenTree> = tokens.clone().into_iter().collect();
+        let is_dot = |at: usize| matches!(tokens.get(at), Some(TokenTree::Punct(punct)) if punct.as_char() == '.' && punct.spacing() == Spacing::Alone);
+        let is_called = |at: usize| match tokens.get(at) {
+            Some(TokenTree::Group(group)) => group.delimiter() == Delimiter::Parenthesis,
+            Some(TokenTree::Punct(punct)) => matches!(punct.as_char(), ':' | '!'),
+            _ => false,
+        };
+        let name = |at: usize| match tokens.get(at) {
+            Some(TokenTree::Ident(ident)) => {
+                let name = ident.to_string();
+                Some(name.strip_prefix("r#").map_or(name.clone(), str::to_owned))
+            }
+            _ => None,
+        };
+        let mut at = 0;
+        while at < tokens.len() {
+            match &tokens[at] {
+                TokenTree::Group(group) => self.tokens(&group.stream()),
+                TokenTree::Literal(literal) => {
+                    let text = literal.to_string();
+                    self.alone.extend(captures(&text).into_iter().map(|name| text[name].to_owned()));
+                }
+                TokenTree::Ident(_) => {
+                    let mut path = Vec::new();
+                    while let Some(part) = name(at).filter(|_| path.is_empty() || !is_called(at + 1)) {
+                        path.push(part);
+                        at += 1;
+                        if !is_dot(at) {
+                            break;
+                        }
+                        at += 1;
+                    }
+                    if path.len() > 1 {
+                        self.paths.push(path);
+                    } else {
+                        self.alone.extend(path);
+                    }
+                    continue;
+                }
+                TokenTree::Punct(_) => {}
+            }
+            at += 1;
+        }
+    }
+}
+
 #[derive(Default)]
 struct Mentions {
     names: Vec<String>,
@@ -181,6 +245,20 @@ mod tests {
     #[test]
     fn names_are_found_once_at_any_depth() {
         check("a (b [a { c }]) let mut self.r#type", &["a", "b", "c", "self", "type"]);
+    }
+
+    #[test]
+    fn fields_are_those_of_names_that_never_stand_alone() {
+        let check = |tokens: &str, expected: &[&[&str]]| {
+            assert_eq!(fields(&tokens.parse().unwrap()), expected, "{tokens}");
+        };
+        check("unsafe: self.count < self.buffer.len()", &[&["self", "count"], &["self", "buffer"]]);
+        check("(self.tail.gain, a[self.at])", &[&["self", "tail", "gain"], &["self", "at"]]);
+        check("self.count, self", &[]);
+        check("self.count, self.reset()", &[]);
+        check("self.count..kf.x", &[&["self", "count"], &["kf", "x"]]);
+        check(r#"self.count, "{self}""#, &[]);
+        check("self.update::<f32>(), self.0, *self", &[]);
     }
 
     #[test]

@@ -348,7 +348,11 @@ impl Infer<'_> {
     /// The bodies that a call may run of an associated function that was found. Several impls can have it: for other arguments of
     /// the type, and of other arguments of the trait. Those count that are for the type at hand, and take what is given beside `self`.
     pub(super) fn bodies(&self, owner: &MethodOwner, ty: &Ty, name: &str, given: &[ExprId]) -> Vec<FunctionId> {
-        let targets = self.targets(owner, name);
+        let mut targets = self.targets(owner, name);
+        if targets.len() > 1 {
+            self.leave_possible(&mut targets, ty, given);
+            return targets;
+        }
         let Some(function) = owner.function().filter(|_| targets.len() == 1) else { return targets };
         let Owner::Impl(of) = self.index.function(function).owner else { return targets };
         let def = self.index.impl_def(of);
@@ -368,19 +372,39 @@ impl Infer<'_> {
         if own.is_empty() {
             return targets;
         }
-        let takes = |body: &FunctionId| {
-            let scope = self.index.scope_of(*body);
-            let params = self.index.function(*body).function.params.iter();
-            params.zip(given).all(|(param, arg)| {
-                let found = self.variables.resolve(&self.typed.expr_ty[arg.0 as usize]);
-                match (self.index.lower(param, &scope).peel(), found.peel()) {
-                    (wanted @ Ty::Adt(..), found @ Ty::Adt(..)) => wanted.may_be(found),
-                    _ => true,
-                }
-            })
-        };
-        let fitting: Vec<FunctionId> = own.iter().copied().filter(takes).collect();
+        let fitting: Vec<FunctionId> = own.iter().copied().filter(|body| self.takes(*body, given)).collect();
         if fitting.is_empty() { own } else { fitting }
+    }
+
+    /// Leaves of the bodies of a trait's method those of types that may have all traits which are asked for, where these take what is
+    /// given beside `self`.
+    fn leave_possible(&self, targets: &mut Vec<FunctionId>, ty: &Ty, given: &[ExprId]) {
+        let bounds = match ty {
+            Ty::Param(param) => param.bounds.as_slice(),
+            Ty::Opaque(bounds) => bounds.as_slice(),
+            _ => return,
+        };
+        let is_possible = |body: &FunctionId| match self.index.function(*body).owner {
+            Owner::Impl(of) => bounds.iter().all(|bound| self.index.may_have(of, bound)) && self.takes(*body, given),
+            Owner::Trait(_) | Owner::Module => true,
+        };
+        let possible: Vec<FunctionId> = targets.iter().copied().filter(is_possible).collect();
+        if !possible.is_empty() {
+            *targets = possible;
+        }
+    }
+
+    /// Whether a body may have what is given for its parameters beside `self`. What dereferences to another type may be lent as that.
+    fn takes(&self, body: FunctionId, given: &[ExprId]) -> bool {
+        let scope = self.index.scope_of(body);
+        let mut params = self.index.function(body).function.params.iter().zip(given);
+        params.all(|(param, arg)| {
+            let found = self.variables.resolve(&self.typed.expr_ty[arg.0 as usize]);
+            match (self.index.lower(param, &scope).peel(), found.peel()) {
+                (wanted @ Ty::Adt(..), found @ Ty::Adt(..)) => wanted.may_be(found) || self.user_deref(found).is_some(),
+                _ => true,
+            }
+        })
     }
 
     /// The type behind references and pointers.

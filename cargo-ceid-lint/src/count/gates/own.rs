@@ -2,7 +2,7 @@
 
 use super::{Gates, Way};
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, NodeId, Place, Test};
+use crate::flow::{CallSite, Effect, NodeId, Place, Test};
 
 impl Gates<'_, '_> {
     /// Why a filter skips that is asked itself. What nothing in the cycle changes is a setting; what only updates and resets change
@@ -80,6 +80,8 @@ impl Gates<'_, '_> {
             Effect::Update(update) if is_read(&update.place) && !self.is_seen_law(id) => Some(OwnChange::Law),
             Effect::Call(site) if self.written_by(site).any(|place| is_read(&place)) => match site.law_of {
                 Some(_) => Some(OwnChange::Law),
+                // A helper may write there by the law alone.
+                None if !self.alters(site, is_read) => Some(OwnChange::Law),
                 None => Some(OwnChange::Other),
             },
             // A new reference leaves alone what it refers to.
@@ -94,11 +96,16 @@ impl Gates<'_, '_> {
         }
     }
 
+    /// Whether a call writes one of these places otherwise than by the law of a filter there.
+    fn alters(&self, site: &CallSite, is_one: &dyn Fn(&Place) -> bool) -> bool {
+        self.search.summaries.places(site, |summary| &summary.alters).any(|place| is_one(&place))
+    }
+
     /// Whether the body of the law is known that an update runs.
     fn is_seen_law(&self, id: NodeId) -> bool {
         let graph = self.search.graph;
         let span = graph.node(id).span;
-        let is_it = |site: &crate::flow::CallSite| site.law_of.is_some() && !site.targets.is_empty();
+        let is_it = |site: &CallSite| site.law_of.is_some() && !site.targets.is_empty();
         self.nodes().any(|other| {
             graph.node(other).span == span && matches!(&graph.node(other).effect, Effect::Call(site) if is_it(site))
         })

@@ -335,6 +335,9 @@ impl Gates<'_, '_> {
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
         }
+        if self.is_taken_by_helper(&about.reads) {
+            return true;
+        }
         // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into. `read()?` asks for nothing but a name.
         let into = graph.computed.iter().filter(|(_, computed)| {
             computed.calls.iter().any(|name| !is_question(name))

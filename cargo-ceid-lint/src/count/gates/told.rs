@@ -42,16 +42,28 @@ impl Gates<'_, '_> {
 
     /// What the methods behind a value read of what they are called on and leave alone: `let dt = self.clock.since_last(now);`
     pub(super) fn fields_told(&self, sources: &Sources) -> Vec<Place> {
+        self.fields_given(sources, |receiver| receiver == Some(&Receiver::Shared))
+    }
+
+    /// Whether a method takes what is fed out of a field in which all that is asked lies:
+    /// `if self.parts.ready() { f.update(self.take_parts()) }`.
+    pub(super) fn is_taken_by_helper(&self, asked: &[Place]) -> bool {
+        let taken = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        let is_in = |place: &Place, field: &Place| place.base == field.base && place.steps.starts_with(&field.steps);
+        !asked.is_empty() && asked.iter().all(|place| taken.iter().any(|field| is_in(place, field)))
+    }
+
+    fn fields_given(&self, sources: &Sources, is_asked: impl Fn(Option<&Receiver>) -> bool) -> Vec<Place> {
         let index = self.search.program.index;
         let mut fields = Vec::new();
         for (id, told) in self.all_told() {
             let Effect::Call(site) = &self.search.graph.node(*id).effect else { continue };
             let Some(owner) = site.args.first().and_then(|arg| arg.place.as_ref()) else { continue };
-            let is_asked = |target: &FunctionId| {
+            let gives = |target: &FunctionId| {
                 let function = index.function(*target);
-                function.function.receiver == Some(Receiver::Shared) && sources.calls.contains(&function.name)
+                is_asked(function.function.receiver.as_ref()) && sources.calls.contains(&function.name)
             };
-            if sources.places.contains(owner) && site.targets.iter().any(is_asked) {
+            if sources.places.contains(owner) && site.targets.iter().any(gives) {
                 fields.extend(told.fields.iter().map(|name| owner.field(name)));
             }
         }

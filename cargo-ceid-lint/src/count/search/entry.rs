@@ -156,6 +156,8 @@ impl Search<'_> {
             let (names, doubt) = known.get(reached);
             let mut behind: Vec<Reached> = Vec::new();
             match &self.graph.node(node).effect {
+                // What is told of a part of what was just made leaves that where it is.
+                Effect::Set(set) if set.is_of_part() => {}
                 Effect::Set(set) | Effect::Write(set) if is_concerned(names, set) => {
                     // A copy that was put back by then, or never is, tells nothing.
                     let stays =

@@ -12,6 +12,7 @@ use super::versions::Versions;
 use super::{End, EndKind, Entry, Exploration, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
+use crate::count::samples::over_filters;
 use crate::count::slice::Tracked;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, RunBy, Update, Var};
 
@@ -243,7 +244,8 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::Unknown { places, cause } => {
                 let mut next = state.clone();
-                if places.iter().any(|place| self.may_hold(state, place)) {
+                let may_hold = || places.iter().any(|place| self.may_hold(state, place));
+                if may_hold() && !self.search.is_one_update(state.node) {
                     next.unknown = Some(self.cause(cause));
                 }
                 for place in places {
@@ -257,6 +259,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 rounds.retain(|(open, _)| open != id);
                 let rounds = self.rounds.intern(rounds);
                 let mut next = State { rounds, masks: self.begun_anew(state.masks, *id), ..state.clone() };
+                if let Some(cause) = self.own.contains(id).then(|| over_filters(self.search, *id)).flatten() {
+                    next.unknown = Some(self.cause(&cause));
+                }
                 if self.own.contains(id) && !next.in_sample {
                     self.begin_samples(&mut next);
                     self.wake(&mut next);

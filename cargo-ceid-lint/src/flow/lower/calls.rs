@@ -201,8 +201,7 @@ impl Builder<'_> {
         }
         let is_declared = |target: &FunctionId| self.program.index.function(*target).function.body.is_none();
         if resolved.owner.is_none() && !resolved.targets.is_empty() && resolved.targets.iter().all(is_declared) {
-            // Declared in an `extern` block: its body is somewhere else.
-            return self.unknown_call(id, self.text(id), exprs, values);
+            return self.extern_call(id, &resolved.targets, exprs, values);
         }
         if resolved.targets.is_empty() {
             // Nothing implements it here: what a filter's own trait declares beside the law does not run the law, and what

@@ -168,12 +168,12 @@ impl Builder<'_> {
             }
             ExprKind::Macro(macro_expr) => self.macro_expr(id, macro_expr),
             ExprKind::Opaque(call) => {
-                self.unknown_mentions(&call.mentions, Cause::Macro(call.path.clone()), call.span);
+                self.unknown_mentions(&call.mentions, &call.fields, Cause::Macro(call.path.clone()), call.span);
                 self.may_leave(call);
                 Value::default()
             }
             ExprKind::Unknown { what, mentions } => {
-                self.unknown_mentions(mentions, Cause::Code(what.clone()), self.span(id));
+                self.unknown_mentions(mentions, &[], Cause::Code(what.clone()), self.span(id));
                 Value::default()
             }
         }

@@ -6,13 +6,36 @@ use super::calls::path_tail;
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, GuardId, Place, Var};
 use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, PatKind, Receiver};
+use crate::syntax::tree::{ExprId, ExprKind, PatKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// How many calls a guard is followed through to where it is dropped.
 const MAX_CALLS: u32 = 4;
 
 impl Builder<'_> {
+    /// A call of what is declared in an `extern` block, whose body is somewhere else. It may keep what it gets a raw pointer to.
+    pub(super) fn extern_call(
+        &mut self,
+        id: ExprId,
+        targets: &[FunctionId],
+        exprs: &[ExprId],
+        values: &[Value],
+    ) -> Value {
+        let index = self.program.index;
+        let is_pointer = |number: usize| {
+            let param = |target: &FunctionId| index.function(*target).function.params.get(number);
+            targets.iter().filter_map(param).any(|ty| matches!(ty, TypeRef::Pointer(_)))
+        };
+        let pointed = exprs.iter().zip(values).enumerate().filter(|(number, _)| is_pointer(*number));
+        let places: Vec<Place> = pointed
+            .filter(|(_, (expr, _))| self.may_hold_filter(self.ty(**expr)))
+            .filter_map(|(_, (_, value))| value.place.clone())
+            .collect();
+        let cause = Cause::Call(self.text(id));
+        self.graph.kept.extend(places.into_iter().map(|place| (place, cause.clone())));
+        self.unknown_call(id, self.text(id), exprs, values)
+    }
+
     /// A call has got guards by value: the functions that it may run drop them, or what becomes of them is not known.
     pub(super) fn give_away(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) {
         for (number, (expr, value)) in exprs.iter().zip(values).enumerate() {

@@ -88,7 +88,7 @@ pub use flags::{is_flag, is_shared_number, reads_shared_number};
 pub(crate) use laws::MAX_DISPATCHED;
 use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, told};
-pub use written::stands_in;
+pub use written::{stands_in, stands_in_for_states};
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,

@@ -1,7 +1,7 @@
 //! Expressions that are places: variables, fields, elements, through references, pointers, options and locks.
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Section, Transfer, Var};
+use crate::flow::{Effect, IndexKey, Place, Section, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
@@ -437,28 +437,6 @@ impl Builder<'_> {
             self.note_change(target, value, Some(op));
         }
         Value::default()
-    }
-
-    /// Says that nothing is known of what happens to what these identifiers name.
-    pub(super) fn unknown_mentions(&mut self, mentions: &[String], cause: Cause, span: crate::source::Span) {
-        let places = self.mentioned_places(mentions);
-        if !places.is_empty() && self.at.is_some() {
-            self.emit(Effect::Unknown { places, cause }, span);
-        }
-    }
-
-    /// The variables in scope with these names.
-    pub(super) fn mentioned_places(&mut self, mentions: &[String]) -> Vec<Place> {
-        let frame = &self.frames[self.frame];
-        let mut places: Vec<Place> = frame
-            .vars
-            .values()
-            .filter(|var| mentions.contains(&self.graph.var(**var).name))
-            .map(|var| Place::var(*var))
-            .collect();
-        places.sort();
-        places.dedup();
-        places
     }
 
     /// Whether a value of the type may hold or refer to a filter.

@@ -2,9 +2,9 @@
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Head, NodeId, Place, Transfer, Var};
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, PatKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, PatKind, Receiver, Stmt, StmtKind};
 use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
@@ -249,10 +249,36 @@ impl Builder<'_> {
     /// Notes which variant a variable that never changes is from here on.
     pub(super) fn note_name(&mut self, var: Var, value: &Value) {
         let is_told = matches!(self.graph.var(var).ty.peel(), Ty::Adt(..)) && !self.is_mutated(var);
-        match value.head.as_ref().filter(|_| is_told) {
+        match value.head.as_ref().filter(|_| is_told && !self.is_changed_by_method(var)) {
             Some(head) => self.names.insert(var, head.clone()),
             None => self.names.remove(&var),
         };
+    }
+
+    /// Whether a method that may change it is called on the local that a variable stands for.
+    fn is_changed_by_method(&self, var: Var) -> bool {
+        if self.graph.var(var).name.is_empty() {
+            return false;
+        }
+        let frame = &self.frames[self.frame];
+        let is_it = |expr: &ExprId| {
+            let local = self.typed().expr_local.get(expr);
+            local.and_then(|local| frame.vars.get(local)) == Some(&var)
+        };
+        let leaves = |target: &FunctionId| {
+            let receiver = &self.program.index.function(*target).function.receiver;
+            matches!(receiver, Some(Receiver::Shared | Receiver::Value))
+        };
+        let mut exprs = (0u32..).map(ExprId).zip(&self.body().exprs);
+        exprs.any(|(id, expr)| match &expr.kind {
+            ExprKind::MethodCall { receiver, method, .. } if is_it(receiver) => match self.typed().callees.get(&id) {
+                Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty() => {
+                    !resolved.targets.iter().all(leaves)
+                }
+                _ => !super::borrowed::only_reads(method),
+            },
+            _ => false,
+        })
     }
 
     /// The variable that holds a truth value or an option which is made for an argument: `step(now >= deadline)`.

@@ -4,7 +4,7 @@ use super::attrs::Attrs;
 use super::items::is_pub;
 use super::{Lowerer, name};
 use crate::source::Span;
-use crate::syntax::text::mentions;
+use crate::syntax::text::{fields, mentions};
 use crate::syntax::tree::{AssocItem, AssocKind, CfgKey, OpaqueMacro, ValueItem};
 
 impl Lowerer<'_, '_> {
@@ -143,7 +143,14 @@ impl Lowerer<'_, '_> {
     /// Syntax that the parser keeps as tokens.
     pub(super) fn verbatim(&self, tokens: &proc_macro2::TokenStream) -> OpaqueMacro {
         let span = self.tokens_span(tokens);
-        OpaqueMacro { path: String::new(), span, tokens: span, mentions: mentions(tokens), ways_out: Vec::new() }
+        OpaqueMacro {
+            path: String::new(),
+            span,
+            tokens: span,
+            mentions: mentions(tokens),
+            fields: fields(tokens),
+            ways_out: Vec::new(),
+        }
     }
 
     pub(super) fn tokens_span(&self, tokens: &proc_macro2::TokenStream) -> Span {

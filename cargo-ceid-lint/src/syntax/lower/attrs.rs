@@ -19,6 +19,8 @@ pub(in crate::syntax) struct Attrs {
     pub(in crate::syntax) presence: Presence,
     /// The `#[path]`s that may hold, with whether it is certain.
     paths: Vec<(String, bool)>,
+    /// Whether a `cfg_attr` that does not hold has one.
+    pub(in crate::syntax) leaves_out_path: bool,
 }
 
 impl Attrs {
@@ -46,7 +48,8 @@ impl Attrs {
 
 impl Lowerer<'_, '_> {
     pub(in crate::syntax) fn attrs(&self, attributes: &[syn::Attribute]) -> Attrs {
-        let mut attrs = Attrs { kept: Vec::new(), presence: Presence::Present, paths: Vec::new() };
+        let mut attrs =
+            Attrs { kept: Vec::new(), presence: Presence::Present, paths: Vec::new(), leaves_out_path: false };
         // Most attributes are docs.
         for attribute in attributes.iter().filter(|attribute| !attribute.path().is_ident("doc")) {
             let span = self.span(attribute.pound_token.span).to(self.span(attribute.bracket_token.span.close()));
@@ -104,10 +107,12 @@ impl Lowerer<'_, '_> {
         .parse2(tokens.clone());
         let Ok((value, metas)) = parsed else { return };
         let given = given.clone().and(value);
-        if given != Presence::Absent {
-            for meta in &metas {
-                self.meta(meta, span, &given, attrs);
-            }
+        if given == Presence::Absent {
+            attrs.leaves_out_path |= metas.iter().any(|meta| meta.path().is_ident("path"));
+            return;
+        }
+        for meta in &metas {
+            self.meta(meta, span, &given, attrs);
         }
     }
 

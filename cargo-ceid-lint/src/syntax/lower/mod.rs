@@ -28,7 +28,7 @@ use self::lines::Lines;
 use super::cfg_eval::Presence;
 use super::macros::Progress;
 use super::modules::{LoadedFile, Loader, ModuleDir};
-use super::text::mentions;
+use super::text::{fields, mentions};
 use super::tree::{Body, Item, OpaqueMacro};
 use super::ways_out::ways_out;
 use crate::project::CfgValues;
@@ -99,6 +99,7 @@ impl<'l, 'a> Lowerer<'l, 'a> {
             span: self.path_span(&mac.path).to(close),
             tokens: Span::new(self.file, open.end, close.start),
             mentions: mentions(&mac.tokens),
+            fields: fields(&mac.tokens),
             ways_out: ways_out(&mac.tokens),
         }
     }

@@ -197,6 +197,7 @@ impl BodyLowerer<'_, '_, '_> {
                     let place = self.low.path_span(&mac.path);
                     self.low.loader.not_included(&mac.tokens, place);
                     opaque.mentions = self.low.loader.included_words(&mac.tokens, place);
+                    opaque.fields.clear();
                 }
                 self.unread_macro(opaque)
             }

@@ -208,6 +208,11 @@ impl<'a> Loader<'a> {
                     self.is_a_directory(&format!("module `{name}`"), directory, place);
                     return None;
                 }
+                if attrs.leaves_out_path {
+                    let message = format!("no `cfg_attr` that holds chooses the file of module `{name}`");
+                    self.leave_unread(place, message, "check it with a feature that does");
+                    return None;
+                }
                 let message = format!("file not found for module `{name}`");
                 let lower = name.to_lowercase();
                 let similar = [children.join(format!("{lower}.rs")), children.join(&lower).join("mod.rs")];

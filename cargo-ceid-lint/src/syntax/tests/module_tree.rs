@@ -102,6 +102,14 @@ fn path_attributes_under_cfg_attr() {
 }
 
 #[test]
+fn modules_whose_file_no_cfg_attr_chooses_are_left_unread() {
+    check_problem(
+        &[("src/lib.rs", "#[cfg_attr(windows, path = \"w.rs\")] mod a;")],
+        &["src/lib.rs:1: no `cfg_attr` that holds chooses the file of module `a`; check it with a feature that does"],
+    );
+}
+
+#[test]
 fn missing_modules_name_both_files() {
     check_problem(
         &[("src/lib.rs", "\nmod a { mod b; }")],

@@ -280,6 +280,8 @@ pub struct OpaqueMacro {
     pub tokens: Span,
     /// Every identifier among the tokens (and in `{name}` of format strings), once each, in order of first appearance.
     pub mentions: Vec<String>,
+    /// The fields of those that the tokens never name but for a field: `self.count`, `self.tail.len`.
+    pub fields: Vec<Vec<String>>,
     /// The ways out of the code around it that its tokens hold, once each.
     pub ways_out: Vec<WayOut>,
 }

@@ -10,7 +10,7 @@ use crate::index::{Def, FunctionId, Shape, Ty};
 use crate::syntax::tree::{Arm, Body, ExprId, ExprKind, MacroKind, PatId, PatKind, Receiver, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
 
-pub use stand_ins::stands_in;
+pub use stand_ins::{stands_in, stands_in_for_states};
 
 /// How deep calls are followed.
 const MOST_CALLS: u32 = 4;
@@ -75,10 +75,21 @@ struct Method<'p, 'a> {
 
 impl<'p, 'a> Method<'p, 'a> {
     fn new(program: &'p Program<'a>, id: FunctionId, heads: &[Option<Head>], depth: u32) -> Option<Self> {
+        let typed = program.typed(id)?;
+        let itself = typed.locals.iter().position(|local| local.name == "self")?;
+        Self::of(program, id, heads, depth, LocalId(u32::try_from(itself).ok()?))
+    }
+
+    /// The body of a function with another variable in the place of `self`.
+    fn of(
+        program: &'p Program<'a>,
+        id: FunctionId,
+        heads: &[Option<Head>],
+        depth: u32,
+        itself: LocalId,
+    ) -> Option<Self> {
         let body = program.index.function(id).function.body.as_ref()?;
         let typed = program.typed(id).filter(|_| depth <= MOST_CALLS)?;
-        let itself = typed.locals.iter().position(|local| local.name == "self")?;
-        let itself = LocalId(u32::try_from(itself).ok()?);
         let is_kept =
             |pat| matches!(body.pat(pat).kind, PatKind::Bind { by_ref: false, mutable: false, sub: None, .. });
         let given = body.params.iter().zip(heads).filter(|(pat, _)| is_kept(**pat));
@@ -146,7 +157,12 @@ impl<'p, 'a> Method<'p, 'a> {
                     if self.is_self(*place) {
                         return None;
                     }
-                    fields.extend(self.field(*place).map(str::to_owned));
+                    // `(self.x, self.y) = (x, y)`
+                    let parts = match &self.body.expr(*place).kind {
+                        ExprKind::Tuple(parts) => parts.as_slice(),
+                        _ => std::slice::from_ref(place),
+                    };
+                    fields.extend(parts.iter().filter_map(|part| self.field(*part)).map(str::to_owned));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => {
                     fields.extend(self.field(*value).map(str::to_owned));

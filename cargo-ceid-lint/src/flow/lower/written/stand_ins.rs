@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Method, written_fields};
 use crate::flow::Program;
-use crate::index::{FunctionId, MethodOwner, Ty};
+use crate::index::{FilterSpec, FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
 
 /// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, or it is
@@ -15,7 +15,7 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
     let index = program.index;
     let Some(spec) = index.receiver_spec(ty) else { return Vec::new() };
     let def = index.function(method);
-    let is_reset = spec.resets.iter().chain(&spec.partial_resets).any(|name| *name == def.name);
+    let is_reset = is_reset(spec, &def.name);
     if def.function.receiver != Some(Receiver::Exclusive) || is_reset || index.law_run_by(ty, method).is_some() {
         return Vec::new();
     }
@@ -34,6 +34,49 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
     };
     let halves = spec.law.iter().enumerate();
     halves.filter_map(|(half, group)| Some((half, group.methods.iter().find(does)?.clone()))).collect()
+}
+
+/// The same for a function that is lent states of laws that are functions themselves: by the number of the parameter, whatever the
+/// function is called.
+pub fn stands_in_for_states(program: &Program<'_>, function: FunctionId) -> Vec<(usize, usize, String)> {
+    let index = program.index;
+    let def = index.function(function);
+    let scope = index.scope_of(function);
+    let skip = usize::from(def.function.receiver.is_some());
+    let mut found = Vec::new();
+    for (number, ty) in (skip..).zip(&def.function.params) {
+        let Ty::Ref(true, ty) = index.lower(ty, &scope) else { continue };
+        let laws = index.laws_of_state(&ty);
+        let is_own = |(law, ..): &(FunctionId, usize, usize)| *law == index.origin(function);
+        if laws.is_empty()
+            || laws.iter().any(is_own)
+            || index.state_spec(&ty).is_some_and(|spec| is_reset(spec, &def.name))
+        {
+            continue;
+        }
+        let Some(written) = on_parameter(program, function, number).filter(Method::goes_on).and_then(|it| it.written())
+        else {
+            continue;
+        };
+        for (law, at, half) in laws {
+            let state = on_parameter(program, law, at).and_then(|law| law.written());
+            if state.is_some_and(|state| !state.is_empty() && state.is_subset(&written)) {
+                found.push((number, half, index.function(law).name.clone()));
+            }
+        }
+    }
+    found
+}
+
+/// What a function does with a parameter that has a name.
+fn on_parameter<'p, 'a>(program: &'p Program<'a>, id: FunctionId, number: usize) -> Option<Method<'p, 'a>> {
+    let pat = program.index.function(id).function.body.as_ref()?.params.get(number)?;
+    let local = program.typed(id)?.pat_local.get(pat)?;
+    Method::of(program, id, &[], 0, *local)
+}
+
+fn is_reset(spec: &FilterSpec, name: &str) -> bool {
+    spec.resets.iter().chain(&spec.partial_resets).any(|own| own == name)
 }
 
 fn first_word(name: &str) -> &str {
