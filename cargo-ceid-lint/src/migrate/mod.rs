@@ -5,6 +5,7 @@
 //! Reads no file and writes none.
 
 mod adapt;
+mod alternatives;
 mod ambiguous;
 mod body;
 mod called;
@@ -43,6 +44,7 @@ mod outputs;
 mod owned;
 mod panics;
 mod partly;
+mod path;
 mod plan;
 mod present;
 mod purity;
@@ -53,6 +55,7 @@ mod tails;
 mod takers;
 mod text;
 mod twice;
+mod unfit;
 mod whole;
 
 use std::collections::BTreeSet;
