@@ -107,7 +107,13 @@ impl Index {
             Entry::Def(_) => false,
         };
         let own = self.module(module);
-        own.globs.iter().any(|glob| is_from(glob)) || own.names.values().any(is_one)
+        // What a module has by its name, it has from no glob.
+        let has_own = |name: &&str| match own.names.get(&(Namespace::Type, (*name).to_owned())) {
+            Some(entry) => !is_one(entry),
+            None => false,
+        };
+        let by_glob = names.is_empty() || !names.iter().all(has_own);
+        by_glob && own.globs.iter().any(|glob| is_from(glob)) || own.names.values().any(is_one)
     }
 
     fn add_globbed(&self, from: ModuleId, path: &[String], found: &mut Globbed, seen: &mut BTreeSet<ModuleId>) {

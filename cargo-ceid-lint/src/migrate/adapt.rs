@@ -2,16 +2,19 @@
 //! to ceid-core's `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
 
 use super::Reason;
+use super::alternatives::has_alternatives;
 use super::body::LoopBody;
 use super::closure::Closure;
 use super::core_items::{CoreItems, core_name};
 use super::each::{each, has_vec};
 use super::halves::{halves, kept};
+use super::holding::out_of_reach;
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, is_about, is_about_owner, is_for_references};
 use super::outputs::instead;
+use super::path::path_of_law;
 use super::sites::{Part, Site};
 use super::text::has_word;
 use crate::index::{FunctionId, Ty};
@@ -52,7 +55,10 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     };
     let is_plain = own.sites.iter().all(is_ours)
         && own.is_held()
-        && own.law.is_some_and(|law| delegation(loops, &own.filter, law).is_ok());
+        && own.law.is_some_and(|law| match delegation(loops, &own.filter, law) {
+            Ok(new) => new.is_none() || !has_alternatives(loops, of, &own.filter, law),
+            Err(_) => false,
+        });
     if is_plain {
         // An element is lent by the statement that takes its array apart.
         return match own.place.element.map(|_| named_in_head(of, own)) {
@@ -74,7 +80,18 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
                 "what the update of `{}` gives back is used here, and a guard runs it only at the end of the cycle",
                 own.spelled
             ))),
-            None if matches!(own.filter, Ty::Adt(..)) && own.law.is_some() => Ok(None),
+            None if let (Ty::Adt(..), Some(law)) = (&own.filter, own.law) => {
+                let is_written = matches!(delegation(loops, &own.filter, law), Ok(Some(_)));
+                if is_written && has_alternatives(loops, of, &own.filter, law) {
+                    let text = format!(
+                        "the type of `{}` or its law is there under a condition, and other builds may have others: implement \
+                         ceid-core's `SampledFilter` for all of them",
+                        own.spelled
+                    );
+                    return Err(Reason { span: of.span(own.at), text });
+                }
+                Ok(None)
+            }
             None => Err(Reason {
                 span: of.span(own.at),
                 text: format!(
@@ -107,7 +124,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     }
     let filter = each.as_ref().map_or(&own.name, |each| &each.name);
     let Some(lent) = each.as_ref().map(|each| each.lent.clone()).or_else(|| lent(own)) else {
-        return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
+        return Err(refuse(out_of_reach(of, own)));
     };
     let in_condition = named_in_head(of, own)?;
     if let Some(at) = in_condition.first().filter(|_| each.is_some()) {
@@ -156,6 +173,13 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     }
     let mut params = Vec::new();
     let mut body = Vec::new();
+    let by_path = match halves.as_slice() {
+        [half] => {
+            let at = own.sites.iter().position(|site| std::ptr::eq(site, *half)).unwrap_or(0);
+            path_of_law(loops, of, half, &inputs[at]).filter(|_| is_value(of, own))
+        }
+        _ => None,
+    };
     let mut cells: Vec<(usize, String, String)> = Vec::new();
     for half in &halves {
         let at = own.sites.iter().position(|site| std::ptr::eq(site, *half)).unwrap_or(0);
@@ -219,14 +243,15 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         let fed = each.as_ref().map_or(own.name.clone(), |_| format!("{}[…]", own.name));
         format!("`{fed}.feed` keeps what {laws} will be given until then")
     } else {
-        format!("the law of `{}` is {laws}, in the closure above the loop", own.name)
+        let place = if by_path.is_some() { "in the line" } else { "in the closure" };
+        format!("the law of `{}` is {laws}, {place} above the loop", own.name)
     };
     let name = variable(of, &format!("{verb}_{}", own.name))
         .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?;
     edits.extend(in_condition.into_iter().map(|at| (of.span(at), name.clone())));
     Ok(Some(Adaptation {
         name,
-        law: Closure { call: (format!("{adapted}::{constructor}"), lent), params, body, is_value, each },
+        law: Closure { call: (format!("{adapted}::{constructor}"), lent), params, body, is_value, path: by_path, each },
         edits,
         is_fed,
         cells: cells.into_iter().map(|(_, _, made)| made).collect(),

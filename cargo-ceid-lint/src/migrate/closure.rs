@@ -14,6 +14,8 @@ pub(super) struct Closure {
     pub(super) body: Vec<(usize, String)>,
     /// Whether the body is an expression, which needs no braces.
     pub(super) is_value: bool,
+    /// The law by its path, where the closure would do nothing but call that.
+    pub(super) path: Option<String>,
     /// The collection whose filters are lent one by one.
     pub(super) each: Option<Each>,
 }
@@ -38,6 +40,11 @@ impl Closure {
             if below.chars().count() <= width {
                 return [format!("{indent}let mut {name} ="), below].join(end);
             }
+        }
+        if let Some(path) = &self.path {
+            let arguments = [filter, path].map(|argument| format!("{indent}{step}{argument},"));
+            let head = format!("{indent}let mut {name} = {call}(");
+            return [&[head][..], &arguments, &[format!("{indent});")]].concat().join(end);
         }
         let lines =
             |steps: usize| body.iter().map(move |(more, line)| format!("{indent}{}{line}", step.repeat(steps + more)));
@@ -89,6 +96,9 @@ impl Closure {
     /// What lends one filter, in one line.
     fn lending(&self) -> String {
         let Self { call: (call, filter), params, body, is_value, .. } = self;
+        if let Some(path) = &self.path {
+            return format!("{call}({filter}, {path})");
+        }
         let body = body.iter().map(|(_, line)| line.as_str()).collect::<Vec<_>>().join(" ");
         let body = if *is_value { body } else { format!("{{ {body} }}") };
         format!("{call}({filter}, |{params}| {body})")
@@ -121,6 +131,10 @@ impl Closure {
             let lent = format!("{inner}{step}{lent}");
             if self.fits(width) && lent.chars().count() <= width {
                 lines.push(lent);
+            } else if let Some(path) = &self.path {
+                lines.push(format!("{inner}{step}{call}("));
+                lines.extend([filter, path].map(|argument| format!("{inner}{step}{step}{argument},")));
+                lines.push(format!("{inner}{step})"));
             } else {
                 lines.push(format!("{inner}{step}{call}({filter}, |{params}| {{"));
                 lines.extend(body.iter().map(|(more, line)| format!("{inner}{}{line}", step.repeat(2 + more))));

@@ -10,9 +10,12 @@ use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::present::Present;
 use super::said::Comments;
-use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
+use super::text::{
+    Style, above, begins_line, conditions_above, has_word, indentation, line_stop, with_attributes, without_comments,
+};
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId, ExprKind, Stmt, StmtKind};
+use crate::syntax::{Lexer, TokenKind};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
 const UNKNOWN_RATE: u64 = 1000;
@@ -40,6 +43,9 @@ pub(super) fn lines(
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name)).or_else(|| present.map(|_| ""));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let Style { end, .. } = of.style;
+    // What the loop is compiled under, so is what only the loop uses.
+    let conditions = if of.is_function { Vec::new() } else { conditions_above(text, start) };
+    let start = if conditions.is_empty() { start } else { with_attributes(text, start) };
     let begins = begins_line(text, start);
     let own_line = own_line(of, behind);
     let indent = match &own_line {
@@ -64,6 +70,11 @@ pub(super) fn lines(
             false => own.law.statement(&own.name, indent, of.style),
         });
     }
+    let condition: String = match is_inline {
+        true => conditions.iter().map(|condition| format!("{condition} ")).collect(),
+        false => conditions.iter().map(|condition| format!("{indent}{condition}{end}")).collect(),
+    };
+    declared.iter_mut().for_each(|line| line.insert_str(0, &condition));
     let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
     if let Some(present) = present {
         let extended = present.with(of, &guarded.iter().map(entry).collect::<Vec<_>>());
@@ -74,8 +85,7 @@ pub(super) fn lines(
         let is_needed = !declared.is_empty();
         return Ok(is_needed.then(|| (insertion(of, above), lines)).into_iter().chain([extended]).collect());
     }
-    let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
-    let guard = list(of, guarded, (&core.name("ceid"), clock), inner, comments);
+    let guard = list(of, guarded, (&core.name("ceid"), clock), own_line.as_ref(), comments);
     let (at, guard) = match own_line {
         Some((indent, at)) => {
             let said: String = comments.above(None).map(|line| format!("{indent}{line}{end}")).collect();
@@ -118,7 +128,7 @@ fn list(
     of: &LoopBody<'_>,
     guarded: &[Guarded],
     (ceid, clock): (&str, &str),
-    indent: Option<&str>,
+    own_line: Option<&(String, usize)>,
     comments: &Comments,
 ) -> String {
     let Style { end, step, width } = of.style;
@@ -126,6 +136,7 @@ fn list(
     let guard = format!("{ceid}!({clock}.begin_cycle() => {});", list.join(", "));
     let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && comments.tell_apart();
     let said = |name: &str| comments.behind(name).map(|comment| format!(" {comment}")).unwrap_or_default();
+    let indent = own_line.map(|(indent, _)| indent.as_str());
     match indent.filter(is_wide) {
         Some(indent) => {
             let line = |(at, (entry, own)): (usize, (&String, &Guarded))| {
@@ -138,7 +149,15 @@ fn list(
             let token = format!("{indent}{step}{clock}.begin_cycle() =>{lines}");
             format!("{ceid}!({end}{token}{end}{indent});")
         }
-        None => guarded.iter().fold(guard, |guard, own| guard + &said(&own.name)),
+        None => {
+            let behind = guarded.iter().filter_map(|own| comments.behind(&own.name));
+            // A comment below one at the end of a line would go on with that.
+            let is_followed = |at: usize| of.text[at..].trim_start_matches([' ', '\t']).starts_with("/");
+            match own_line.filter(|(_, at)| is_followed(*at)) {
+                Some((indent, _)) => behind.map(|line| format!("{line}{end}{indent}")).collect::<String>() + &guard,
+                None => behind.fold(guard, |guard, comment| guard + " " + comment),
+            }
+        }
     }
 }
 
@@ -149,10 +168,10 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);
     }
-    if of.is_function && !is_exact {
-        return None;
-    }
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    if of.is_function && !is_exact {
+        return last_item(of, block);
+    }
     let sites = || guarded.iter().flat_map(|own| &own.sites);
     let is_theirs = |id: &ExprId| {
         matches!(of.kind(*id), ExprKind::Opaque(_) | ExprKind::Unknown { .. })
@@ -177,13 +196,39 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
     let comes_first = |stmt: &&Stmt| within(stmt).into_iter().any(|id| ends.contains(id) || uses_owner(id));
     let early = block.stmts.iter().take_while(is_apart).filter(comes_first).last();
     let late = if is_exact { behind_owner(of, guarded, block) } else { None };
-    let last = early.into_iter().chain(late).max_by_key(|stmt| stmt.span.end)?.span;
+    let Some(last) = early.into_iter().chain(late).max_by_key(|stmt| stmt.span.end) else {
+        return last_item(of, block);
+    };
+    let last = last.span;
     // Behind everything, it would be no better than a call.
     let is_gone = |stmt: &Stmt| {
         sites().filter_map(|site| site.stmt.as_ref()).any(|gone| gone.contains(&(stmt.span.start as usize)))
     };
     let stays = |stmt: &Stmt| stmt.span.start >= last.end && !is_gone(stmt);
     (block.tail.is_some() || block.stmts.iter().any(stays)).then_some(last)
+}
+
+/// The end of the last of the items that a block begins with: they come before its statements.
+fn last_item(of: &LoopBody<'_>, block: &Block) -> Option<Span> {
+    let open = of.span(of.block).start as usize + 1;
+    let first = block.stmts.first().map(|stmt| stmt.span).or_else(|| block.tail.map(|tail| of.span(tail)))?;
+    let items = of.text.get(open..first.start as usize)?;
+    let mut depth = 0_i32;
+    let mut end = None;
+    for token in Lexer::new(items) {
+        match (token.kind, &items[token.start..token.end]) {
+            (TokenKind::Open, _) => depth += 1,
+            (TokenKind::Close, sign) => {
+                depth -= 1;
+                end = if depth == 0 && sign == "}" { Some(open + token.end) } else { end };
+            }
+            (_, ";") if depth == 0 => end = Some(open + token.end),
+            _ => {}
+        }
+    }
+    // What is not compiled may be more than an item.
+    let end = end.filter(|_| !has_word(&without_comments(items), "cfg"))?;
+    Some(Span { end: insertion(of, end).start, ..insertion(of, end - 1) })
 }
 
 /// The last of the statements above all updates that uses what a filter is a part of, if what feeds a filter up to there keeps no part

@@ -88,7 +88,7 @@ pub(super) fn guarded(
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
-                own.locked = lock_of(of, &own.place).filter(|_| !of.is_function && own.ty != own.filter);
+                own.locked = lock_of(of, &own.place).filter(|_| own.ty != own.filter);
                 match holds(of, own).map(|()| adaptation(loops, of, own)) {
                     Ok(Ok(adaptation)) => own.adaptation = adaptation,
                     Ok(Err(reason)) => reasons.push(reason),
@@ -140,22 +140,33 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let local = of.typed.local(place.local);
     if own.locked.is_none() && local.span.start > of.span(of.whole).start {
         return Err(match lent_below_the_head(of, own) {
-            Some((statement, true)) => format!(
+            Some((statement, true)) if !of.is_function && !place.fields.is_empty() => format!(
                 "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: if nothing \
                  else locks it meanwhile, put that above the loop, and `let {name} = &mut *{name};` below it",
                 name = local.name
             ),
-            Some((statement, false)) => format!(
+            Some((statement, _)) if of.is_function => format!(
+                "`{spelled}` has its name only below the head of the function, where a guard has to hold it already: let the function \
+                 take what {statement} gives"
+            ),
+            Some((statement, is_lock)) => format!(
                 "`{spelled}` has its name only below the head of the loop, where a guard has to hold it already: put {statement} above \
-                 the loop"
+                 the loop{}",
+                if is_lock { ", if nothing else locks it meanwhile" } else { "" }
             ),
             None if is_in_a_list(of, local.span) => {
                 format!("a guard has `{spelled}` in its list, and runs its law: delete the call")
             }
             None => {
-                format!(
-                    "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
-                )
+                let what = if of.is_function { "function" } else { "loop" };
+                match own.is_lock_guard || matches!(local.ty, Ty::Ref(..)) {
+                    true => format!(
+                        "`{spelled}` has its name only below the head of the {what}, where a guard has to hold it already"
+                    ),
+                    false => format!(
+                        "`{spelled}` is bound in the {what} itself, so that it means no instance that lives outside of it"
+                    ),
+                }
             }
         });
     }
@@ -180,7 +191,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if !own.is_held() && !is_single && each(of, own).is_none() {
         return Err(match filter {
             Ty::Param(_) | Ty::Opaque(_) => format!("only the trait of `{spelled}` is known, and not its type"),
-            _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
+            _ => out_of_reach(of, own),
         });
     }
     // The fields on the way have to be plain ones, so that each is borrowed by itself.
@@ -260,6 +271,28 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     }
 }
 
+/// Why a guard does not get to the filter that lies at a place, and how it would.
+pub(super) fn out_of_reach(of: &LoopBody<'_>, own: &Guarded) -> String {
+    let spelled = &own.spelled;
+    match own.ty {
+        Ty::Ref(false, _) => {
+            format!(
+                "`{spelled}` is a shared reference, and a guard changes what it holds: let the function take it by `&mut`"
+            )
+        }
+        Ty::External(ref path, _) => {
+            let name = path.rsplit("::").next().unwrap_or(path);
+            let place = if of.is_function { "first" } else { "above the loop" };
+            format!(
+                "`{spelled}` is a `{name}`, through which a guard does not reach: put {} {place}, if that is a filter or a slice of them, and \
+                 update it by that name",
+                lending(of, own.at)
+            )
+        }
+        _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
+    }
+}
+
 /// Whether the loop, its head included, names the variable that a place begins with for something else than what lies there.
 fn is_used_beside(of: &LoopBody<'_>, place: &Place) -> bool {
     let names = |id: &ExprId| of.typed.expr_local.get(id) == Some(&place.local);
@@ -300,7 +333,7 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool
         }
         _ => None,
     })?;
-    let mut root = init;
+    let mut root = locked(of, init).unwrap_or(init);
     loop {
         root = match of.kind(root) {
             ExprKind::Reference { value: inner, .. }
@@ -312,7 +345,7 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool
             _ => break,
         };
     }
-    let is_lock = locked(of, init).is_some() && !own.place.fields.is_empty();
+    let is_lock = own.is_lock_guard;
     let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
     let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref;
     let written = of.program.sources.snippet(stmt.span);
@@ -339,6 +372,7 @@ fn is_lending(method: &str) -> bool {
             | "last_mut"
             | "unwrap"
             | "expect"
+            | "ok"
             | "lock"
             | "write"
             | "borrow_mut"

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::text::{Style, begins_line, indentation, line_stop, removal, without_comments, words};
+use super::text::{
+    Style, begins_line, conditions_above, indentation, line_stop, removal, with_attributes, without_comments, words,
+};
 
 /// A `use` that names a trait.
 pub(super) struct Import<'t> {
@@ -17,18 +19,34 @@ pub(super) struct Import<'t> {
 }
 
 impl<'t> Import<'t> {
-    /// The import whose name stands at a byte.
+    /// The import whose name stands at a byte, under no condition.
     pub(super) fn at(text: &'t str, at: usize, name: &str) -> Option<Self> {
-        let start = text[..at].rfind([';', '}']).map_or(0, |end| end + 1);
-        let head = &text[start..at];
-        let word = words(head, "use").last()?;
-        let own = start + word;
+        Self::read(text, at, name, false)
+    }
+
+    /// The import whose name stands at a byte, with the conditions `#[cfg(…)]` that its statement begins with.
+    pub(super) fn conditional(text: &'t str, at: usize, name: &str) -> Option<Self> {
+        Self::read(text, at, name, true).filter(|import| import.visibility.is_empty())
+    }
+
+    fn read(text: &'t str, at: usize, name: &str, is_conditional: bool) -> Option<Self> {
+        let before = text[..at].rfind(';').map_or(0, |end| end + 1);
+        let own = before + words(&text[before..at], "use").last()?;
+        let start = text[..own].rfind([';', '}']).map_or(0, |end| end + 1);
+        let (head, word) = (&text[start..at], own - start);
         if name == "_" || text[..at].trim_end().ends_with(" as") {
             return None;
         }
         let visibility = visibility_before(&head[..word]);
         let shown = if visibility.is_empty() { word } else { head[..word].trim_end().len() - visibility.len() };
-        let mut before = head[..shown].lines().map(str::trim);
+        let begin = if is_conditional { with_attributes(text, start + shown) - start } else { shown };
+        if is_conditional {
+            let attributes = head[begin..shown].matches("#[").count();
+            if attributes == 0 || conditions_above(text, start + shown).len() != attributes {
+                return None;
+            }
+        }
+        let mut before = head[..begin].lines().map(str::trim);
         // Attributes belong to it; a block begins with a brace.
         let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
@@ -59,7 +77,7 @@ impl<'t> Import<'t> {
             depth < 0
         });
         let list = match open {
-            Some(open) => Some(own + open..own + code[end - own..].find('}')? + end - own + 1),
+            Some(open) => Some(own + open..own + closing(&code[end - own..])? + end - own + 1),
             None => None,
         };
         let alias = alias.and_then(|alias| {
@@ -68,7 +86,7 @@ impl<'t> Import<'t> {
                 &text[at..at + alias.len()]
             })
         });
-        Some(Self { stmt: start + shown..stop, visibility, alias, entry: first..entry_end, list })
+        Some(Self { stmt: start + begin..stop, visibility, alias, entry: first..entry_end, list })
     }
 
     /// The `self` by which a list imports the module whose name stands at a byte: `use crate::b::{self, Step};`.
@@ -82,7 +100,8 @@ impl<'t> Import<'t> {
     /// The path of what it imports, as far as that is written in at most one list.
     pub(super) fn path(&self, text: &str) -> Option<Vec<String>> {
         let before = self.list.as_ref().map_or(self.entry.start, |list| list.start);
-        let before = text[self.stmt.start..before].split_once("use").map(|(_, before)| before.trim())?;
+        let head = &text[self.stmt.start..before];
+        let before = words(head, "use").last().map(|at| head[at + "use".len()..].trim())?;
         let path = format!("{before}{}", text[self.entry.clone()].trim());
         let path = path.split(" as ").next().filter(|path| !path.contains('{'))?;
         Some(path.split("::").map(|segment| segment.trim().to_owned()).collect())
@@ -92,6 +111,9 @@ impl<'t> Import<'t> {
     pub(super) fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
         let Style { end, .. } = Style::of(text);
         let start = self.stmt.start;
+        if text[start..].starts_with('#') {
+            return None;
+        }
         let line = format!("{condition}{end}{}", indentation(text, start));
         let Some(list) = &self.list else { return Some(vec![(start..start, line)]) };
         let (range, new) = self.without(text)?;
@@ -112,12 +134,9 @@ impl<'t> Import<'t> {
             return Some((removal(text, self.stmt.clone()), String::new()));
         };
         let inner = &text[list.start + 1..list.end - 1];
-        if without_comments(inner).contains('{') {
-            return None;
-        }
         let is_nested = text[self.stmt.start..list.start].contains('{');
         let code = without_comments(inner);
-        let entries = code.split(',').map(str::trim).filter(|entry| !entry.is_empty());
+        let entries = entries(&code).into_iter().map(str::trim).filter(|entry| !entry.is_empty());
         let own = text[self.entry.clone()].trim();
         let left: Vec<&str> = entries.filter(|entry| *entry != own).collect();
         let has_comments = code != inner;
@@ -150,6 +169,33 @@ impl<'t> Import<'t> {
             }
         }
     }
+}
+
+/// Where the list ends that is open at the beginning of the text.
+fn closing(text: &str) -> Option<usize> {
+    let mut depth = 0;
+    text.find(|sign| {
+        depth += match sign {
+            '{' => 1,
+            '}' => -1,
+            _ => 0,
+        };
+        depth < 0
+    })
+}
+
+/// The entries of a list, those with lists of their own in full.
+fn entries(list: &str) -> Vec<&str> {
+    let mut depth = 0;
+    let is_end = |sign| {
+        depth += match sign {
+            '{' => 1,
+            '}' => -1,
+            _ => 0,
+        };
+        sign == ',' && depth == 0
+    };
+    list.split(is_end).collect()
 }
 
 /// The `pub` or `pub(…)` that a text ends with, or nothing.
@@ -191,6 +237,16 @@ mod tests {
         );
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
+        check("use crate::{b::{Kf, Pid}, c::Step};\n", Some("use crate::b::{Kf, Pid};\n"));
+        check(
+            "fn f() {}\nuse crate::{b::{self, Pid}, c::{Kf, Step}};\n",
+            Some("fn f() {}\nuse crate::{b::{self, Pid}, c::Kf};\n"),
+        );
+        check("use crate::{c::Step, b::{Kf, Pid}, d};\n", Some("use crate::{b::{Kf, Pid}, d};\n"));
+        check(
+            "use crate::{\n    b::{Kf, Pid},\n    c::Step,\n    d,\n};\n",
+            Some("use crate::{\n    b::{Kf, Pid},\n    d,\n};\n"),
+        );
         check("use crate::b::{self, Step};\n", Some("use crate::b;\n"));
         check("use crate::{b::{self, Step}, c};\n", Some("use crate::{b, c};\n"));
         check("use a::{Kf, /* its law: */ Step};\n", Some("use a::{Kf};\n"));
@@ -247,6 +303,25 @@ mod tests {
         assert_eq!(path("use Step;").as_deref(), Some("Step"));
         assert_eq!(path("pub(crate) use a::{b::Kf, b::Step as _};").as_deref(), Some("a::b::Step"));
         assert_eq!(path("use a::{b::{Step, Kf}, c};"), None);
+    }
+
+    #[test]
+    fn an_import_goes_with_its_condition() {
+        let check = |text: &str, expected: Option<&str>| {
+            let at = words(text, "Step").next().expect("it is there");
+            let import = Import::conditional(text, at, "Step");
+            let changed = import.and_then(|import| import.without(text)).map(|(range, new)| {
+                let mut text = text.to_owned();
+                text.replace_range(range, &new);
+                text
+            });
+            assert_eq!(changed.as_deref(), expected);
+        };
+        check("use a;\n#[cfg(feature = \"use\")]\nuse crate::b::Step;\nuse c;\n", Some("use a;\nuse c;\n"));
+        check("#[cfg(x)]\nuse crate::b::{Kf, Step};\n", Some("#[cfg(x)]\nuse crate::b::Kf;\n"));
+        check("#[cfg(x)]\n#[allow(unused)]\nuse crate::b::Step;\n", None);
+        check("#[cfg(x)]\npub use crate::b::Step;\n", None);
+        check("use crate::b::Step;\n", None);
     }
 
     #[test]

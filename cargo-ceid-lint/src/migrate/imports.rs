@@ -186,7 +186,9 @@ impl Scope<'_> {
     /// has the name from there.
     fn import(&self, at: usize, hands_on: bool) -> Option<Vec<(Span, String)>> {
         let Self { program, file, text, name, macros, .. } = *self;
-        let import = Import::at(text, at, name).or_else(|| Import::of_itself(text, at, name))?;
+        let import = Import::at(text, at, name)
+            .or_else(|| Import::of_itself(text, at, name))
+            .or_else(|| Import::conditional(text, at, name))?;
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }
@@ -214,7 +216,7 @@ impl Scope<'_> {
             takers.as_ref().filter(|takers| takers.need(self.wanted(&names), macros, without_tests))
         };
         let is_used = |without_tests: bool| {
-            let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
+            let sight = |of| without_comments(&self.seen(&import, &scope, without_tests, of));
             self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope)
         };
         let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
@@ -254,7 +256,7 @@ impl Scope<'_> {
     }
 
     /// Whether an import is known to mean something else of that name.
-    fn is_of_other(&self, import: &Import<'_>) -> bool {
+    pub(super) fn is_of_other(&self, import: &Import<'_>) -> bool {
         let index = self.program.index;
         let Some(path) = import.path(self.text) else { return false };
         let is_other = |def: Def| match def {
@@ -269,7 +271,7 @@ impl Scope<'_> {
     }
 
     /// The modules that a byte of the file may lie in.
-    fn homes(&self, at: usize) -> impl Iterator<Item = ModuleId> {
+    pub(super) fn homes(&self, at: usize) -> impl Iterator<Item = ModuleId> {
         let index = self.program.index;
         let name = self.outline.around(at).find_map(|around| {
             let head = self.text[around.head.start..around.brackets.start].trim();
@@ -293,12 +295,12 @@ impl Scope<'_> {
     }
 
     /// What code says that needs the import.
-    fn wanted<'n>(&'n self, names: &'n BTreeSet<&str>) -> impl Iterator<Item = &'n str> + Clone {
+    pub(super) fn wanted<'n>(&'n self, names: &'n BTreeSet<&str>) -> impl Iterator<Item = &'n str> + Clone {
         names.iter().copied().chain(self.methods.iter().map(|method| method.as_str()))
     }
 
     /// Whether code around an import has its name, or calls what it is there for.
-    fn is_used(&self, import: &Import<'_>, code: &str, calls: &str, scope: &Range<usize>) -> bool {
+    pub(super) fn is_used(&self, import: &Import<'_>, code: &str, calls: &str, scope: &Range<usize>) -> bool {
         let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
         let bound = import.alias.unwrap_or(self.name);
         bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(import, code, at))
@@ -312,7 +314,8 @@ impl Scope<'_> {
 
     /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
     fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
-        let [code, calls] = [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(scope, false, of)));
+        let [code, calls] =
+            [Sought::Names, Sought::Calls].map(|of| without_comments(&self.seen(import, scope, false, of)));
         let mut items = self.conditional(&code);
         // What the import stands in has its condition already.
         items.retain(|(item, _)| !item.contains(&import.stmt.start));
@@ -326,29 +329,9 @@ impl Scope<'_> {
     }
 
     /// Whether an import may mean ceid-core, whose trait may have the same name.
-    fn is_of_core(&self, import: &Import<'_>) -> bool {
+    pub(super) fn is_of_core(&self, import: &Import<'_>) -> bool {
         self.text[import.stmt.clone()].contains("ceid_core")
             || self.program.index.crate_of(self.module).package_name == "ceid_core"
-    }
-
-    /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment, or nothing.
-    fn doubt(&self, at: usize) -> Option<Doubtful> {
-        let import = Import::at(self.text, at, self.name)
-            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import) && !self.is_of_other(import))?;
-        let around = self.outline.around(import.stmt.start).next();
-        let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
-        let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true, Sought::Names));
-        if !code[import.stmt.start..].starts_with("use") {
-            return None;
-        }
-        if self.is_used(&import, &code, &code, &scope) {
-            return None;
-        }
-        let [code, calls] =
-            [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(&scope, false, of)));
-        let is_conditional = self.is_used(&import, &code, &calls, &scope);
-        let span = Span::new(self.file, to_u32(import.stmt.start), to_u32(import.stmt.end));
-        Some(Doubtful { span, name: self.name.to_owned(), is_conditional })
     }
 
     /// Code with blanks for its comments and for the items that are compiled under a condition.

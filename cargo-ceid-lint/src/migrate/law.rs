@@ -2,7 +2,7 @@
 
 use super::core_items::CoreItems;
 use super::loops::Loops;
-use super::text::{Style, begins_line, conditions_above, has_word, indentation};
+use super::text::{Style, begins_line, conditions_above, has_word, indentation, with_attributes};
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Owner, TraitName, Ty};
 use crate::source::Span;
@@ -95,6 +95,9 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         text[..keyword.start as usize].trim_end_matches(|sign: char| !matches!(sign, ';' | '{' | '}' | ']'));
     let conditions = [conditions_above(text, block.head.start), conditions_above(text, qualified.len())].concat();
     let conditions: String = conditions.iter().map(|condition| format!("{indent}{condition}{end}")).collect();
+    let attributes = &text[with_attributes(text, qualified.len())..qualified.len()];
+    let inline = ["#[inline]", "#[inline(always)]"].into_iter().find(|own| attributes.contains(own));
+    let inline = inline.map(|own| format!("{indent}{step}{own}{end}")).unwrap_or_default();
     let lines = [
         String::new(),
         format!(
@@ -106,7 +109,7 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
                 (indent, style),
             )
         ),
-        format!("{indent}{step}fn update(&mut self, _: {}<'_, {rate}>){brace}", core.name("Tick")),
+        format!("{inline}{indent}{step}fn update(&mut self, _: {}<'_, {rate}>){brace}", core.name("Tick")),
         format!("{indent}{step}{step}{discarded}{call};"),
         format!("{indent}{step}}}"),
         format!("{indent}}}"),

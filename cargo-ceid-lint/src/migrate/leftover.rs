@@ -2,12 +2,14 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::imports::to_u32;
 use super::loops::Loops;
 use super::mentions::Guarded;
 use super::text::{without_comments, words};
-use crate::index::Def;
+use crate::index::{Def, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
 
 /// A name with where it is declared.
 pub(super) struct Leftover {
@@ -59,6 +61,72 @@ pub(super) fn leftovers(loops: &Loops<'_>, of: &LoopBody<'_>, guarded: &[Guarded
         }
     }
     found
+}
+
+/// What to delete so that no variable stays `mut` of which only an update has borrowed the variable itself: `update(&mut pid)` of a
+/// reference `let mut pid = &mut self.pid;`.
+///
+/// # Errors
+/// Where something else still may need it that will not once it is migrated.
+pub(super) fn idle_muts(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<Span>, Reason> {
+    let is_lent_itself = |at: ExprId| {
+        let parent = of.parent(at).map(|parent| of.kind(parent));
+        matches!(parent, Some(ExprKind::Reference { mutable: true, .. }))
+    };
+    let is_gone = |at: ExprId| guarded.iter().flat_map(|own| &own.sites).any(|site| site.receiver == at);
+    let mut found = Vec::new();
+    for own in guarded.iter().filter(|own| own.place.fields.is_empty() && !own.is_lock_guard) {
+        let local = of.typed.local(own.place.local);
+        let declared = of.program.sources.snippet(local.span);
+        let Some(name) = declared.strip_prefix("mut").map(str::trim_start).filter(|name| name.len() < declared.len())
+        else {
+            continue;
+        };
+        if !matches!(local.ty, Ty::Ref(true, _)) || !own.sites.iter().any(|site| is_lent_itself(site.receiver)) {
+            continue;
+        }
+        let names = of.typed.expr_local.iter().filter(|(_, other)| **other == own.place.local).map(|(at, _)| *at);
+        let stays: Vec<ExprId> = names.filter(|at| !is_gone(*at)).collect();
+        let is_unread = of.body.exprs.iter().any(|expr| match &expr.kind {
+            ExprKind::Opaque(call) => call.mentions.contains(&local.name),
+            ExprKind::Unknown { mentions, .. } => mentions.contains(&local.name),
+            _ => false,
+        });
+        let needing: Vec<ExprId> = stays.into_iter().filter(|at| needs_mut(of, *at)).collect();
+        let is_update = |at: &ExprId| {
+            let call = of.parent(*at).and_then(|reference| of.parent(reference));
+            let callee = call.and_then(|call| of.typed.callees.get(&call));
+            is_lent_itself(*at) && matches!(callee, Some(Callee::Resolved(callee)) if callee.law.is_some())
+        };
+        if needing.is_empty() && !is_unread {
+            let end = local.span.end - to_u32(name.len());
+            found.push(Span { end, ..local.span });
+        } else if !is_unread && needing.iter().all(is_update) {
+            let text = format!(
+                "`{0}` is a reference, and `mut` only for `&mut {0}` in its updates: write `{0}` there, and no `mut` here",
+                local.name
+            );
+            return Err(Reason { span: local.span, text });
+        }
+    }
+    Ok(found)
+}
+
+/// Whether the variable that is named there may have to be `mut` for that, if it is a reference.
+fn needs_mut(of: &LoopBody<'_>, at: ExprId) -> bool {
+    let Some(parent) = of.parent(at) else { return true };
+    match of.kind(parent) {
+        ExprKind::Field { .. } | ExprKind::Deref(_) | ExprKind::Index { .. } | ExprKind::Block(_) => false,
+        ExprKind::Reference { mutable, .. } => *mutable,
+        ExprKind::Assign { place, .. } => *place == at,
+        ExprKind::Call { callee, .. } => *callee == at,
+        ExprKind::MethodCall { receiver, .. } => {
+            let is_known = matches!(of.typed.callees.get(&parent), Some(Callee::Resolved(_)));
+            *receiver == at && !is_known
+        }
+        ExprKind::Macro(_) => false,
+        _ => true,
+    }
 }
 
 /// Whether a constant is named elsewhere than where it is declared and at the end of a range, as in the heads of loops that go.

@@ -24,11 +24,15 @@ pub(super) fn lock_of(of: &LoopBody<'_>, place: &Place) -> Option<Span> {
 /// What an expression locks: `shared` in `shared.lock().unwrap()`.
 pub(super) fn locked(of: &LoopBody<'_>, id: ExprId) -> Option<ExprId> {
     let ExprKind::MethodCall { receiver, method, args, .. } = of.kind(id) else { return None };
+    // A lock that a panic has left may be taken as any other.
+    let is_taken_anyway =
+        || matches!(args.as_slice(), [taker] if of.written(*taker).ends_with("PoisonError::into_inner"));
     // What a function of the analysed code gives need not be a lock.
     let is_own = matches!(of.typed.callees.get(&id), Some(Callee::Resolved(callee)) if !callee.targets.is_empty());
     match (method.as_str(), args.len()) {
         ("lock" | "write" | "borrow_mut", 0) if !is_own => Some(*receiver),
         ("unwrap", 0) | ("expect", 1) => locked(of, *receiver),
+        ("unwrap_or_else", 1) if is_taken_anyway() => locked(of, *receiver),
         _ => None,
     }
 }

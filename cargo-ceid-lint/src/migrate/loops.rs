@@ -7,13 +7,14 @@ use std::rc::Rc;
 
 use rustc_hash::FxHashMap;
 
+use super::alternatives::chosen_names;
 use super::ambiguous::{CallsBesideCore, calls_beside_core};
 use super::implicit::{Impls, implicit, impls_of_std};
 use super::macros::Macros;
-use super::text::{Style, denies, has_word};
+use super::text::{Style, denies, has_level, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
-use crate::project::{IDLE_NAMES, Manners};
+use crate::project::{IDLE_NAMES, Manners, PATHS};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
@@ -38,10 +39,14 @@ pub(super) struct Loops<'a> {
     strict: OnceCell<BTreeSet<FileId>>,
     /// The files that deny names that nothing uses.
     denying: OnceCell<BTreeSet<FileId>>,
+    /// The files that ask for paths in the place of closures.
+    asking_for_paths: OnceCell<BTreeSet<FileId>>,
     targets: OnceCell<FxHashMap<FileId, BTreeSet<(usize, usize)>>>,
     calls_beside_core: OnceCell<CallsBesideCore>,
     impls: OnceCell<Impls>,
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
+    /// The names in what is there several times under conditions.
+    chosen: OnceCell<BTreeSet<String>>,
     /// The names of the macros of the analysed code.
     macros: OnceCell<BTreeSet<String>>,
 }
@@ -76,9 +81,11 @@ impl<'a> Loops<'a> {
             asked,
             manners: RefCell::default(),
             macros: OnceCell::new(),
+            chosen: OnceCell::new(),
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
+            asking_for_paths: OnceCell::new(),
             targets: OnceCell::new(),
             calls_beside_core: OnceCell::new(),
             impls: OnceCell::new(),
@@ -133,6 +140,24 @@ impl<'a> Loops<'a> {
     /// Whether the analysed code has a macro of that name.
     pub(super) fn has_macro(&self, name: &str) -> bool {
         self.macros.get_or_init(|| Macros::of(self.program).names().map(str::to_owned).collect()).contains(name)
+    }
+
+    /// The names in what a file has several times under conditions.
+    pub(super) fn chosen_names(&self) -> &BTreeSet<String> {
+        let find = || self.program.sources.files().flat_map(|(_, file)| chosen_names(&file.text)).collect();
+        self.chosen.get_or_init(find)
+    }
+
+    /// Whether the crate of a file is to call functions by their paths rather than by closures.
+    pub(super) fn asks_for_paths(&self, file: FileId) -> bool {
+        let sources = self.program.sources;
+        let own = &sources.file(file).path;
+        let asked = self.asking_for_paths.get_or_init(|| {
+            let files = sources.files();
+            let asks = |text: &str| has_level(text, &["warn", "deny", "forbid"], &PATHS);
+            files.filter(|(_, file)| asks(&file.text)).map(|(id, _)| id).collect()
+        });
+        asked.iter().any(|id| is_root_of(&sources.file(*id).path, own)) || self.manners(file).asks_for_paths
     }
 
     /// The form of the lines of a file.

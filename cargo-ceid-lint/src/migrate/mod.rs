@@ -5,6 +5,7 @@
 //! Reads no file and writes none.
 
 mod adapt;
+mod alternatives;
 mod ambiguous;
 mod body;
 mod called;
@@ -12,6 +13,7 @@ mod captures;
 mod closure;
 mod conditional;
 mod core_items;
+mod doubts;
 mod each;
 mod effects;
 mod elements;
@@ -42,15 +44,18 @@ mod outputs;
 mod owned;
 mod panics;
 mod partly;
+mod path;
 mod plan;
 mod present;
 mod purity;
 mod said;
+mod seen;
 mod sites;
 mod tails;
 mod takers;
 mod text;
 mod twice;
+mod unfit;
 mod whole;
 
 use std::collections::BTreeSet;

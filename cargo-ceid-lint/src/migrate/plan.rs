@@ -16,7 +16,7 @@ use super::head::CycleRate;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
-use super::leftover::leftovers;
+use super::leftover::{idle_muts, leftovers};
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
 use super::not_shipped::not_shipped;
@@ -156,8 +156,11 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 match sites.first().map(|site| (site.place.clone(), site.at, site.law)).or_else(|| owed(&of, pair)) {
                     Some(place) => found.push((*pair, place, sites)),
                     None => {
-                        let text =
-                            format!("`{}` is {verdict}, and the loop does not tell what a guard would hold", pair.name);
+                        let text = format!(
+                            "`{}` is {verdict}, and the loop does not tell what a guard would hold: update it where its law belongs, \
+                             and migrate then",
+                            pair.name
+                        );
                         reasons.push(Reason { span, text });
                     }
                 }
@@ -273,6 +276,10 @@ impl Rewriter<'_> {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
         }
+        match idle_muts(of, self.guarded) {
+            Ok(found) => edits.extend(found.into_iter().map(|span| (span, String::new()))),
+            Err(reason) => reasons.push(reason),
+        }
         for left in leftovers(self.loops, of, self.guarded) {
             if self.loops.are_unused_names_denied(of.file()) {
                 reasons.push(left.refusal());
@@ -310,7 +317,9 @@ impl Rewriter<'_> {
             pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
         };
         for pair in cycle.filters.iter().filter(|pair| is_left(pair) && !is_guarded(pair)) {
-            notes.push(format!("`{}` stays as it is: {}", pair.name, why_left(pair.verdict)));
+            let has_halves = cycle.filters.iter().any(|other| other.name == pair.name && other.half != pair.half);
+            let half = if has_halves { format!("`{}` of ", pair.law) } else { String::new() };
+            notes.push(format!("{half}`{}` stays as it is: {}", pair.name, why_left(pair.verdict)));
         }
         let is_lent_in_vec = |own: &Guarded| {
             let each = own.adaptation.as_ref().and_then(|adaptation| adaptation.law.each.as_ref());

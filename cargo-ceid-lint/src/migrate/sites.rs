@@ -9,6 +9,7 @@ use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_c
 use super::locks::locked;
 use super::mentions::held;
 use super::text::{with_attributes, without_comments};
+use super::unfit::unfit;
 use crate::count::Pair;
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
@@ -123,11 +124,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
             "`{name}` is one channel of a filter, and a guard runs a law once for all of its filter: keep a filter for each channel"
         )));
     }
-    if callee.targets.iter().any(|target| is_unsafe(of, *target)) {
-        return Err(refuse(format!(
-            "the law of `{name}` is `unsafe`, and a guard runs safe ones: make it safe, with an `unsafe` block inside that says why \
-             it may"
-        )));
+    if let Some(text) = unfit(of, call, callee, name) {
+        return Err(refuse(text));
     }
     let (receiver, given, inputs, method) = match of.kind(call) {
         ExprKind::MethodCall { receiver, args, method, .. } => {
@@ -243,14 +241,6 @@ fn elsewhere(of: &LoopBody<'_>, name: &str, around: ExprId) -> String {
     }
 }
 
-/// Whether a function is `unsafe`, by the words before its keyword.
-fn is_unsafe(of: &LoopBody<'_>, function: FunctionId) -> bool {
-    let keyword = of.program.index.function(function).function.keyword;
-    let before = &of.program.sources.file(keyword.file).text[..keyword.start as usize];
-    let is_qualifier = |word: &&str| matches!(*word, "unsafe" | "extern") || word.starts_with('"');
-    before.split_whitespace().rev().take_while(is_qualifier).any(|word| word == "unsafe")
-}
-
 /// Why a guard cannot hold what a receiver leads to, and what to do by hand.
 fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> String {
     let written = of.written(receiver);
@@ -289,6 +279,12 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
                  and update `filter`"
             );
         }
+    }
+    if let ExprKind::Index { base, .. } = of.kind(receiver) {
+        return format!(
+            "nobody can tell which elements of `{0}` are updated as `{written}`: update all of them, in `for filter in &mut {0}`",
+            of.written(*base)
+        );
     }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
 }

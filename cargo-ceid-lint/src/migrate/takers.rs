@@ -20,6 +20,8 @@ pub(super) struct Takers {
     texts: Vec<(String, Option<String>)>,
     /// Whether there may be more of them, in modules that are compiled under a condition.
     is_partial: bool,
+    /// Whether there may be more of them among the tests.
+    has_tests: bool,
 }
 
 impl Takers {
@@ -64,7 +66,12 @@ impl Takers {
                 found.entry(file).or_default().insert(module);
             }
         }
-        let is_partial = found.keys().chain(&own).any(|file| has_conditional_modules(read(*file)));
+        let files_among: Vec<&str> = found.keys().chain(&own).map(|file| read(*file)).collect();
+        let is_partial = files_among
+            .iter()
+            .any(|text| has_modules_elsewhere(text, |attributes| attributes.replace(FOR_TESTS, "").contains("#[cfg(")));
+        let has_tests =
+            files_among.iter().any(|text| has_modules_elsewhere(text, |attributes| attributes.contains(FOR_TESTS)));
         let near: BTreeSet<_> = from.iter().map(|module| index.module(*module).krate).collect();
         let of_crate = files.iter().filter(|(module, _)| near.contains(&index.module(**module).krate));
         let of_crate: BTreeSet<FileId> = of_crate.map(|(_, file)| *file).collect();
@@ -102,7 +109,7 @@ impl Takers {
                 texts.push((blanked(code, hidden), is_test.then(|| FOR_TESTS.to_owned())));
             }
         }
-        Self { texts, is_partial }
+        Self { texts, is_partial, has_tests }
     }
 
     /// Whether one of the names or methods may be used there.
@@ -113,7 +120,14 @@ impl Takers {
         without_tests: bool,
     ) -> bool {
         let is_for_tests = |condition: &Option<&str>| *condition == Some(FOR_TESTS);
-        self.is_partial || self.conditions(words, macros).any(|condition| !(without_tests && is_for_tests(&condition)))
+        self.is_partial
+            || self.has_tests && !without_tests
+            || self.conditions(words, macros).any(|condition| !(without_tests && is_for_tests(&condition)))
+    }
+
+    /// Whether one of them is said in code that is under no condition.
+    pub(super) fn surely_need<'n>(&self, words: impl Iterator<Item = &'n str> + Clone, macros: &Macros<'_>) -> bool {
+        self.conditions(words, macros).any(|condition| condition.is_none())
     }
 
     /// The condition under which alone they may be used there.
@@ -122,7 +136,8 @@ impl Takers {
         words: impl Iterator<Item = &'n str> + Clone,
         macros: &Macros<'_>,
     ) -> Option<&str> {
-        let mut conditions = self.conditions(words, macros);
+        let tests = self.has_tests.then_some(Some(FOR_TESTS));
+        let mut conditions = tests.into_iter().chain(self.conditions(words, macros));
         let first = conditions.next()??;
         conditions.all(|other| other == Some(first)).then_some(first).filter(|_| !self.is_partial)
     }
@@ -141,7 +156,9 @@ impl Takers {
     /// Whether one of them may hand on to all what a module of that name has.
     pub(super) fn publish(&self, module: &str) -> bool {
         let is_in = |use_: &str| use_.split(';').next().is_some_and(|path| has_word(path, module));
-        self.is_partial || self.texts.iter().any(|(text, _)| text.split("pub use ").skip(1).any(is_in))
+        self.is_partial
+            || self.has_tests
+            || self.texts.iter().any(|(text, _)| text.split("pub use ").skip(1).any(is_in))
     }
 }
 
@@ -248,13 +265,13 @@ fn conditional(outline: &Outline, code: &str) -> Vec<(Range<usize>, String)> {
     outer
 }
 
-/// Whether modules in other files stand under a condition, and perhaps were not read.
-fn has_conditional_modules(text: &str) -> bool {
+/// Whether modules in other files stand under such attributes, and perhaps were not read.
+fn has_modules_elsewhere(text: &str, is_such: impl Fn(&str) -> bool) -> bool {
     words(text, "mod").any(|at| {
         let before = text[..at].rfind([';', '}', '{']).map_or(0, |end| end + 1);
         let rest = &text[at + "mod".len()..];
         let is_elsewhere = rest.find([';', '{']).is_some_and(|end| rest[end..].starts_with(';'));
-        is_elsewhere && text[before..at].contains("#[cfg(")
+        is_elsewhere && is_such(&text[before..at])
     })
 }
 

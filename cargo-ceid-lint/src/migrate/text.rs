@@ -208,11 +208,15 @@ pub fn is_no_std(text: &str) -> bool {
 
 /// Whether the root of a crate denies one of these lints.
 pub(super) fn denies(text: &str, lints: &[&str]) -> bool {
-    let denies = |attribute: &str| {
-        ["deny", "forbid"].iter().any(|level| has_word(attribute, level))
-            && lints.iter().any(|lint| has_word(attribute, lint))
+    has_level(text, &["deny", "forbid"], lints)
+}
+
+/// Whether the root of a crate gives one of these lints one of these levels.
+pub(super) fn has_level(text: &str, levels: &[&str], lints: &[&str]) -> bool {
+    let gives = |attribute: &str| {
+        levels.iter().any(|level| has_word(attribute, level)) && lints.iter().any(|lint| has_word(attribute, lint))
     };
-    inner_attributes(text).into_iter().any(|attribute| denies(&text[attribute]))
+    inner_attributes(text).into_iter().any(|attribute| gives(&text[attribute]))
 }
 
 /// Whether a word stands somewhere in the text.

@@ -7,6 +7,7 @@ use crate::count::{Cycle, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::Owner;
 use crate::syntax::Outline;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// Why the loop as a whole cannot be rewritten.
 pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
@@ -21,6 +22,12 @@ pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) ->
     {
         return Err("the loop is written in a macro".to_owned());
     }
+    if is_evaluated_by_compiler(of) {
+        return Err(
+            "the compiler may run it, in a `const fn` or where a constant is made, and can make no guard: take `const` away, or keep the loop as it is"
+                .to_owned(),
+        );
+    }
     let code = without_comments(of.program.sources.snippet(span));
     if code[1..].trim_start().starts_with("#!") {
         return Err(
@@ -29,6 +36,16 @@ pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) ->
         );
     }
     Ok(())
+}
+
+/// Whether the compiler may run the loop: in a `const fn`, in `const { … }`, or for the length of an array.
+fn is_evaluated_by_compiler(of: &LoopBody<'_>) -> bool {
+    let is_length = |id: ExprId| {
+        let len = of.parent(id).map(|around| of.kind(around));
+        matches!(len, Some(ExprKind::Repeat { len, is_vec: false, .. }) if *len == id)
+    };
+    let is_const = |id: ExprId| matches!(of.kind(id), ExprKind::Block(_)) && of.written(id).starts_with("const");
+    of.def().function.is_const || of.ancestors(of.whole).any(|id| is_length(id) || is_const(id))
 }
 
 /// Why a function that is called once per cycle cannot have a guard of its own.

@@ -16,18 +16,29 @@ pub struct Manners {
     pub has_to_use_results: bool,
     /// Whether each crate names all that its package depends on: `unused_crate_dependencies` of the compiler.
     pub has_to_use_dependencies: bool,
+    /// Whether a closure that does nothing but call a method is to be the path of that.
+    pub asks_for_paths: bool,
     /// How long a line may be.
     pub width: usize,
 }
 
 impl Default for Manners {
     fn default() -> Self {
-        Self { denies_idle_names: false, has_to_use_results: false, has_to_use_dependencies: false, width: 100 }
+        Self {
+            denies_idle_names: false,
+            has_to_use_results: false,
+            has_to_use_dependencies: false,
+            asks_for_paths: false,
+            width: 100,
+        }
     }
 }
 
 /// The lints of the compiler that find names without a use, and the groups they are in.
 pub const IDLE_NAMES: [&str; 4] = ["warnings", "unused", "unused_variables", "dead_code"];
+
+/// The lint of clippy that finds closures in the place of paths, and the group it is in.
+pub const PATHS: [&str; 2] = ["pedantic", "redundant_closure_for_method_calls"];
 
 impl Project {
     /// What is asked of the code in the file at `path`.
@@ -59,11 +70,13 @@ fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
     let own = own.get("lints");
     let is_shared = own.and_then(|lints| lints.get("workspace")).and_then(Value::as_bool) == Some(true);
     let lints = if is_shared { root.get("workspace").and_then(|root| root.get("lints")) } else { own };
-    let level = |lint: &str| {
-        let rust = lints?.get("rust")?;
+    let level_of = |tool: &str, lint: &str| {
+        let rust = lints?.get(tool)?;
         let level = rust.get(lint).or_else(|| rust.get(lint.replace('_', "-")))?;
         level.as_str().or_else(|| level.get("level")?.as_str())
     };
+    let level = |lint: &str| level_of("rust", lint);
+    let asks_for_path = |lint: &&str| level_of("clippy", lint).is_some_and(|level| level != "allow");
     // The compiler reads `unused-results` as `unused_results`.
     let flags = format!("{} ", rustflags.join(" ").replace("--", "-").replace('-', "_"));
     let is_flag = |lint: &str, levels: &[&str]| {
@@ -79,6 +92,7 @@ fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
         denies_idle_names: IDLE_NAMES.iter().any(is_denied),
         has_to_use_results: is_told("unused_results"),
         has_to_use_dependencies: is_told("unused_crate_dependencies"),
+        asks_for_paths: PATHS.iter().any(asks_for_path),
         ..Manners::default()
     }
 }

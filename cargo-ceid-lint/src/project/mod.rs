@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf, is_separator};
 pub use changes::{Changes, Removal};
 pub use error::LoadError;
 pub use load::{load, load_unresolved, of_file, with_files};
-pub use manners::{IDLE_NAMES, Manners};
+pub use manners::{IDLE_NAMES, Manners, PATHS};
 pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 pub use strays::{Seen, strays};
 pub use terminal::{ProgressWhen, Terminal, terminal};

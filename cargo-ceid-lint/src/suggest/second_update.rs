@@ -56,7 +56,11 @@ fn update(site: &Site<'_>, stmt: &Stmt, pair: &Pair) -> Option<ExprId> {
         _ => return None,
     };
     let call = site.body.expr(expr);
-    let ExprKind::MethodCall { receiver, .. } = &call.kind else { return None };
+    let ExprKind::MethodCall { receiver, method, .. } = &call.kind else { return None };
+    // A macro of which this is the last call would have no use any more.
+    if !site.spelled(expr).contains(&format!(".{method}")) {
+        return None;
+    }
     let is_law = pair.through.is_empty() && pair.updates.contains(&call.span);
     (is_law && site.spelled(*receiver) == pair.name).then_some(expr)
 }

@@ -381,15 +381,15 @@ fn optional_method(
     args: &[Ty],
     closure: Option<&Ty>,
 ) -> Option<Ty> {
-    let own = |ty: Ty| {
-        if name == "Option" || name == "Poll" {
-            option(ty)
-        } else {
-            Ty::std("std::result::Result", vec![ty, arg(params, 1)])
-        }
+    let own = |ty: Ty| match name {
+        "Option" | "Poll" => option(ty),
+        _ => Ty::std("std::result::Result", vec![ty, arg(params, 1)]),
     };
     Some(match method {
-        "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" => own(reference(inner.clone())),
+        "as_deref_mut" | "as_deref" => {
+            own(self::method(inner, "deref", args, None).unwrap_or_else(|| reference(inner.clone())))
+        }
+        "as_mut" | "as_ref" | "as_pin_mut" => own(reference(inner.clone())),
         "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked"
         | "into_inner" => inner.clone(),
         "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),

@@ -4,6 +4,7 @@ mod args;
 mod core;
 mod files;
 mod names;
+mod offered;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,6 +14,7 @@ use std::time::Instant;
 use self::core::{core_directory, relative};
 use self::files::{same_file, text_of};
 use self::names::needless_names;
+use self::offered::Offered;
 use super::args::FixArgs;
 use super::console::Stream;
 use super::{Console, ExitStatus, input, interrupted, vcs};
@@ -79,12 +81,6 @@ struct Run<'a> {
     offered: RefCell<BTreeMap<(String, String), Offered>>,
     /// The imports that may be idle in the newest text, each with its file and line.
     doubtful: RefCell<Vec<(String, u32, Doubtful)>>,
-}
-
-/// What is told of a loop that gets a guard.
-struct Offered {
-    notes: Vec<String>,
-    changes: Vec<String>,
 }
 
 impl Run<'_> {
@@ -268,11 +264,9 @@ impl Run<'_> {
             {
                 // A type has one law for guards; what another loop would make of it shows once that is written.
                 laws.extend(rewrite.laws.iter().cloned());
-                let mut changes: Vec<String> =
-                    rewrite.changes.iter().map(|change| told(report, plan, change)).collect();
-                // Two calls in a line may have the same.
-                changes.dedup();
-                let offered = Offered { notes: rewrite.notes.clone(), changes };
+                let of_first = first.plans.iter().find(|other| key(first, other) == key(report, plan));
+                let of_first = of_first.and_then(|other| Some(Offered::of(first, other, self.taken(other)?)));
+                let offered = Offered::of(report, plan, rewrite).in_lines_of(of_first);
                 self.offered.borrow_mut().insert(key(report, plan), offered);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
                 fixes.push(fix_of(report, plan.head, title_of(report, plan), edits));
