@@ -330,7 +330,9 @@ impl Run<'_, '_> {
                 .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
-        next.masks = self.killed(next.masks, &set.place);
+        if !self.is_lent_again(set) {
+            next.masks = self.killed(next.masks, &set.place);
+        }
         // What is written through a reference is written where it points to; a reference that points elsewhere writes nothing.
         if !set.rebinds {
             for root in self.search.aliases.shared_roots(&set.place).iter().filter(|root| **root != set.place) {
