@@ -108,7 +108,8 @@ impl Gates<'_, '_> {
     pub(super) fn is_resumed_elsewhere(&self, id: SubjectId, updating: u32) -> bool {
         let Search { graph, program, summaries, instance, .. } = self.search;
         let subject = &graph.subjects[id.0 as usize];
-        let known = subject.whole.as_ref().and_then(|whole| Some((given(graph, whole)?, given(graph, instance)?)));
+        let named = |whole: &Place| given(graph, &self.search.lent_always(whole).unwrap_or_else(|| whole.clone()));
+        let known = subject.whole.as_ref().and_then(|whole| Some((named(whole)?, given(graph, instance)?)));
         let Some((asked, filter)) = known.filter(|(asked, filter)| asked.base == filter.base) else { return false };
         if !self.is_run_again() || asked.base != GivenBase::Param(0) {
             return false;

@@ -9,6 +9,7 @@ use crate::config::TimeBase;
 use crate::count::given::{Given, given, place_of};
 use crate::count::search::Search;
 use crate::flow::{CallSite, Computed, Effect, Place, is_time_name};
+use crate::index::MethodOwner;
 use crate::syntax::tree::{PatKind, TypeRef};
 
 /// Whether a parameter is named as a point of time, from which the law reckons the step by itself.
@@ -38,8 +39,12 @@ impl Gates<'_, '_> {
                 return time_base;
             }
             let mut base = TimeBase::Fixed;
-            for owner in index.methods(&ty, "update") {
-                let Some(id) = owner.function() else { continue };
+            let laws = index.methods(&ty, "update").into_iter().flat_map(|owner| match owner {
+                // Behind a trait every known law counts.
+                MethodOwner::Declared(of, own) => index.implementations(&of, "update").into_iter().chain(own).collect(),
+                owner => owner.function().into_iter().collect::<Vec<_>>(),
+            });
+            for id in laws {
                 let function = &index.function(id).function;
                 let names = function.body.iter().flat_map(|body| {
                     body.params.iter().filter_map(|pat| match &body.pat(*pat).kind {

@@ -226,7 +226,8 @@ impl Gates<'_, '_> {
         }
         let is_time = self.is_time(place);
         // What another filter has kept of its input is no time: `self.last = x`.
-        let is_named = is_time || (is_clock_name(&self.last_name(place)) && !self.is_in_other_filter(place));
+        let is_clock = || is_clock_name(&self.last_name(place)) || self.is_subtracted_for_step(place);
+        let is_named = is_time || (is_clock() && !self.is_in_other_filter(place));
         // A truth value that was asked of a clock is none.
         let is_kept = self.ty(place) != Some(Ty::Bool)
             && self.nodes().any(|id| {
@@ -244,6 +245,21 @@ impl Gates<'_, '_> {
             });
         self.kept_times.borrow_mut().insert(place.clone(), is_kept);
         is_kept
+    }
+
+    /// `dt = now - t; t = now;`: whether the step that the filter is told is reckoned from a number that is kept and from the one that
+    /// takes its place, whatever they are called.
+    fn is_subtracted_for_step(&self, place: &Place) -> bool {
+        let Some(step) = self.told_step().filter(|step| self.outlives(place) && step.places.contains(place)) else {
+            return false;
+        };
+        let is_next = |id: NodeId| {
+            let computed = self.search.graph.changes.get(&id).map(|change| &change.computed);
+            let from = computed.filter(|computed| computed.calls.is_empty()).map(|computed| named(&computed.places));
+            matches!(from.as_deref(), Some([from]) if *from != place && step.places.contains(from))
+        };
+        let mut given = self.assigning(place).peekable();
+        self.is_number(place) && given.peek().is_some() && given.all(is_next)
     }
 
     /// Whether a node gives a place another value: by its name, by that of a reference to it, or in a method.

@@ -330,7 +330,7 @@ impl Run<'_, '_> {
                 .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
-        if !self.names_element(set) {
+        if !self.names_element(set) && !self.is_lent_again(set) {
             next.masks = self.killed(next.masks, &set.place);
         }
         // What is written through a reference is written where it points to; a reference that points elsewhere writes nothing.

@@ -8,7 +8,9 @@ use crate::count::instances::is_lent;
 use crate::count::slice::MAX_TRACKED;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
+use crate::flow::{
+    Assignment, CallSite, Effect, IndexKey, NodeId, OTHER_HEADS, Place, Projection, SubjectId, Test, Transfer, Var,
+};
 use crate::index::Ty;
 
 /// How many states are followed at once.
@@ -86,6 +88,14 @@ impl Search<'_> {
         self.gave_up.get()
     }
 
+    /// The place of which a name is made in each iteration, if it is always the same one: `let state = &mut self.state;`
+    pub(in crate::count) fn lent_always(&self, name: &Place) -> Option<Place> {
+        let roots = self.aliases.shared_roots(name);
+        let [root] = &*roots else { return None };
+        let is_same = |step: &Projection| step.key().is_none_or(|key| matches!(key, IndexKey::Number(_)));
+        (root != name && root.steps.iter().all(is_same)).then(|| root.clone())
+    }
+
     /// The states that something gives another one: `state = next(state, &mut filter)`.
     fn copied_into(&self, id: SubjectId) -> impl Iterator<Item = SubjectId> + '_ {
         let graph = self.graph;
@@ -146,11 +156,13 @@ impl Run<'_, '_> {
             info.param.is_some() && (info.name == "self" || graph.leaves_behind(var))
         };
         let is_behind = |var: Var| matches!(graph.var(var).ty, Ty::Ref(true, _));
-        let outlives = |place: &Place| match place.base_var() {
+        let is_own = |place: &Place| match place.base_var() {
             Some(var) if place.steps.is_empty() => is_kept(var) && is_behind(var),
             Some(var) => is_kept(var) || is_lent(self.search.program.index, graph, place),
             None => true,
         };
+        let outlives =
+            |place: &Place| is_own(place) || self.search.lent_always(place).is_some_and(|root| is_own(&root));
         let known = self.masks.get(state.masks).clone();
         let others = self.mode.filter(|mode| mode.foreign != 0);
         let given = others.and_then(|mode| graph.subjects[mode.subject.0 as usize].whole.as_ref());
@@ -236,6 +248,15 @@ impl Run<'_, '_> {
             let is_one = all[left].count_ones() == 1 && all[right].count_ones() == 1 && all[left] != OTHER_HEADS;
             if is_one && all[left] == of_right { Vec::new() } else { vec![masks] }
         }
+    }
+
+    /// Whether a name is made once more for the place that it was one of in the iteration before: what is known of a mode stays so.
+    pub(super) fn is_lent_again(&self, set: &Assignment) -> bool {
+        self.mode.is_some()
+            && set.rebinds
+            && set.transfer == Transfer::Borrow
+            && set.place.steps.is_empty()
+            && self.search.lent_always(&set.place).is_some()
     }
 
     /// Which of the tracked subjects a place is.

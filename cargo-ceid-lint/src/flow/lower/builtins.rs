@@ -197,9 +197,7 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
-            "copy_from_slice" | "clone_from_slice" | "clone_from"
-                if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) =>
-            {
+            "copy_from_slice" | "clone_from_slice" if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) => {
                 let given = self.expr(args[0]);
                 self.write_copy(value, &given, span);
                 Value::default()

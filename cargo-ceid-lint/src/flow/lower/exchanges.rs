@@ -102,7 +102,13 @@ impl Builder<'_> {
     /// `settings.clone_from(&other)`
     pub(super) fn cloned_from(&mut self, value: &Value, given: ExprId, span: Span) -> Value {
         let from = self.expr(given);
-        self.write_whole(value, &Value { place: None, ..from }, span);
+        let ty = self.ty(given).peel().clone();
+        // What is put there is what `other.clone()` gives.
+        let from = match self.may_hold_filter(&ty) {
+            true => self.copy_of(&from, ty, span),
+            false => Value { place: None, ..from },
+        };
+        self.write_whole(value, &from, span);
         if let Some(place) = &value.place {
             self.note_given(place, given);
         }

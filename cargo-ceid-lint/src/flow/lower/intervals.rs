@@ -132,12 +132,14 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether an expression is a variable, a field, a length or how far a number is from zero: a cast may give another number.
+    /// Whether an expression is a variable, a field, an element, a length or how far a number is from zero: a cast may give another number.
     fn is_plain_number(&self, id: ExprId) -> bool {
         match &self.body().expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() => {
                 method == "abs" && self.is_plain_number(*receiver) || self.is_length(id)
             }
+            // Of another element, or behind another number, it is another value: what it reads says so.
+            ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => self.is_plain_number(*base),
             _ => is_named(self.body(), id),
         }
     }

@@ -31,6 +31,10 @@ impl Builder<'_> {
         let named = self.static_place(expr).filter(is_named);
         let named = named.filter(|_| is_field && value.same_as.is_none() && head.is_none());
         if value.same_as.is_none() && head.is_none() && named.is_none() {
+            // What was known of the one that was made here before says nothing of this one.
+            if is_field {
+                self.emit(Effect::Set(Box::new(given_to(part.clone(), None))), span);
+            }
             return;
         }
         self.note_part(part, head.clone());

@@ -29,7 +29,7 @@ impl Builder<'_> {
             }
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = if self.names_inner(id) { None } else { self.static_place(id) };
-                let Some(place) = place else { return self.pure_entry(id) };
+                let Some(place) = place else { return self.pure_entry(id).or_else(|| self.pure_borrowed(id)) };
                 let mut found = pure_place(place);
                 // Another number is another element.
                 let mut at = id;
@@ -171,6 +171,14 @@ impl Builder<'_> {
         let (table, at) = (self.pure(base)?, self.pure(index)?);
         let key = format!("{}[{}]", table.key, at.key);
         Some(Pure { key, reads: [table.reads, at.reads].concat(), whole: None })
+    }
+
+    /// A field of what a cell holds: `self.state.borrow().mode`.
+    fn pure_borrowed(&mut self, id: ExprId) -> Option<Pure> {
+        let ExprKind::Field { base, name } = &self.body().expr(id).kind else { return None };
+        let is_borrowed =
+            matches!(&self.body().expr(*base).kind, ExprKind::MethodCall { method, .. } if method == "borrow");
+        Some(self.pure(*base).filter(|_| is_borrowed)?.part(name))
     }
 
     /// The place of the state that a getter gives: `self.mode()`.

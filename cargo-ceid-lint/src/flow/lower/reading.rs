@@ -167,6 +167,10 @@ pub(super) fn only_reads(own: Constants<'_>, id: ExprId, depth: u32) -> bool {
                 [target] => is_pure_function(own.program, *target, depth),
                 _ => false,
             },
+            // What a cell holds is changed only where it is borrowed to be written.
+            _ if method == "borrow" => {
+                args.is_empty() && own.typed.ty(*receiver).peel().external_name() == Some("RefCell")
+            }
             _ if READING.contains(&method.as_str()) => {
                 matches!(callee, Some(Callee::Builtin))
                     || method != "get"
@@ -308,7 +312,8 @@ pub(super) fn is_pure_function(program: &Program<'_>, id: FunctionId, depth: u32
         }
         ExprKind::MethodCall { method, args, .. } => {
             // A cell is changed through a shared reference.
-            (method != "get" || !args.is_empty()) && !method.ends_with("_mut") && only_reads(own, at(number), depth + 1)
+            let opens_cell = matches!(method.as_str(), "get" | "borrow") && args.is_empty();
+            !opens_cell && !method.ends_with("_mut") && only_reads(own, at(number), depth + 1)
         }
         ExprKind::Call { .. } => only_reads(own, at(number), depth + 1),
         _ => false,

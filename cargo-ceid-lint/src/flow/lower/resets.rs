@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::Builder;
 use super::written::{cleared_fields, written_fields};
 use crate::flow::Head;
-use crate::index::{FunctionId, Ty};
+use crate::index::{FunctionId, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Callee;
 
@@ -15,6 +15,11 @@ impl<'a> Builder<'a> {
     pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty, heads: &[Option<Head>]) -> bool {
         let index = self.program.index;
         let Some(cleared) = cleared_fields(self.program, reset, heads) else { return true };
+        // Behind a trait the type is that of the impl.
+        let self_ty = match index.function(reset).owner {
+            Owner::Impl(of) if !matches!(self_ty.peel(), Ty::Adt(..)) => &index.impl_def(of).self_ty,
+            _ => self_ty,
+        };
         let laws = index.methods(self_ty, "update");
         let mut state = BTreeSet::new();
         for law in laws.iter().filter_map(crate::index::MethodOwner::function) {
@@ -53,14 +58,14 @@ impl<'a> Builder<'a> {
         let body = self.body();
         match &body.expr(value).kind {
             ExprKind::Path(_) | ExprKind::Field { .. } => self.static_place(value) == Some(old),
-            ExprKind::MethodCall { receiver, method, .. } if method == "clone" => {
-                self.static_place(*receiver) == Some(old)
+            ExprKind::MethodCall { method, .. } if method == "clone" => {
+                self.static_place(self.cloned(value)) == Some(old)
             }
             ExprKind::MethodCall { receiver, .. } if self.static_place(*receiver).as_ref() == Some(&old) => {
                 self.gives_itself_back(value, &ty)
             }
             ExprKind::Struct { fields, rest, .. } => {
-                let is_rest = rest.is_some_and(|rest| self.static_place(rest).as_ref() == Some(&old));
+                let is_rest = rest.is_some_and(|rest| self.static_place(self.cloned(rest)).as_ref() == Some(&old));
                 let kept = |this: &mut Self, name: &String| match fields.iter().find(|(field, _)| field == name) {
                     Some((_, value)) => this.computed_from(*value).places.contains(&old.field(name)),
                     None => is_rest,
@@ -78,7 +83,15 @@ impl<'a> Builder<'a> {
         let ExprKind::Struct { fields, rest: Some(rest), .. } = &body.expr(value).kind else { return None };
         let is_filter = self.program.index.filter_spec(self.ty(target).peel()).is_some();
         let own = self.static_place(target).filter(|_| is_filter)?;
-        (self.static_place(*rest) == Some(own)).then_some(fields.as_slice())
+        (self.static_place(self.cloned(*rest)) == Some(own)).then_some(fields.as_slice())
+    }
+
+    /// What an expression clones, or itself.
+    fn cloned(&self, id: ExprId) -> ExprId {
+        match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } if method == "clone" && args.is_empty() => *receiver,
+            _ => id,
+        }
     }
 
     /// Whether a method that takes `self` gives it back with some of its state: `fn with_gain(self, gain: f32) -> Self`.

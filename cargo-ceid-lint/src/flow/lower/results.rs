@@ -3,7 +3,7 @@
 use super::conditions::Compared;
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{Head, Place};
+use crate::flow::{Head, Place, Var};
 use crate::syntax::tree::ExprId;
 
 /// How many variants are told apart where only some of them are asked for: each may be a way of its own.
@@ -12,7 +12,7 @@ const MAX_VARIANTS: usize = 8;
 impl Builder<'_> {
     /// The result of a call that is compared with a constant, as [`Builder::compared`] has it for what is pure.
     pub(super) fn compared_result(
-        &self,
+        &mut self,
         op: &str,
         sides: &[(ExprId, Value); 2],
     ) -> (Option<Compared>, Vec<Head>, bool) {
@@ -25,7 +25,27 @@ impl Builder<'_> {
                 return (Some((self.pure_var(var), self.total_heads(self.ty(*subject)))), vec![head], op == "!=");
             }
         }
+        for ((subject, value), (other, _)) in [(left, right), (right, left)] {
+            if let Some(asked) = value.same_as.and_then(|var| self.compared_state(op, *subject, var, *other)) {
+                return (Some(asked), vec!["true".to_owned()], op == "!=");
+            }
+        }
         (None, Vec::new(), false)
+    }
+
+    /// A state that a call gave, compared with another one: `mem::replace(&mut self.mode, next) != next`.
+    fn compared_state(&mut self, op: &str, id: ExprId, var: Var, other: ExprId) -> Option<Compared> {
+        if !matches!(op, "==" | "!=") || !self.is_state(self.ty(id)) || self.pure(id).is_some() {
+            return None;
+        }
+        let sides = [self.pure_var(var), self.pure(other).filter(|other| other.whole.is_some())?];
+        for side in sides.clone() {
+            self.state_subject(side, id);
+        }
+        let [left, right] = sides;
+        let key = format!("({} == {})", left.key, right.key);
+        let reads = [left.reads, right.reads].concat();
+        Some((Pure { key, reads, whole: None }, Some(vec!["true".to_owned(), "false".to_owned()])))
     }
 
     /// All variants that the result of a call may be: of those that no condition asks for, the callee may give one.

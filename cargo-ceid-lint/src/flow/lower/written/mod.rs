@@ -347,27 +347,48 @@ impl<'p, 'a> Method<'p, 'a> {
                 }
                 _ => Cleared::Everything,
             },
+            ExprKind::Assign { place, value } if let ExprKind::Tuple(places) = &self.body.expr(*place).kind => {
+                let given = match &self.body.expr(*value).kind {
+                    ExprKind::Tuple(parts) if parts.len() == places.len() => parts.clone(),
+                    _ => vec![*value; places.len()],
+                };
+                let own = places.iter().zip(given).filter_map(|(place, value)| Some((self.field(*place)?, value)));
+                Cleared::Fields(
+                    own.filter(|(name, value)| !self.keeps(*value, name)).map(|(name, _)| name.to_owned()).collect(),
+                )
+            }
             ExprKind::Assign { place, value } if self.field(*place).is_some_and(|name| !self.keeps(*value, name)) => {
                 field(*place)
             }
             ExprKind::Reference { mutable: true, value, .. } => field(*value),
-            ExprKind::MethodCall { receiver, args, .. } if self.is_self(*receiver) => {
-                let heads: Vec<Option<Head>> =
-                    [None].into_iter().chain(args.iter().map(|arg| self.head(*arg))).collect();
-                let of =
-                    |target: &FunctionId| Some(Self::new(self.program, *target, &heads, self.depth + 1)?.cleared());
-                let called = self.targets(id).unwrap_or_default().iter().filter_map(of);
-                called.reduce(Cleared::common).unwrap_or(Cleared::Fields(BTreeSet::new()))
+            ExprKind::MethodCall { receiver, args, .. } if self.is_self(*receiver) => self.cleared_by_call(id, args),
+            // `Lag::reset(self)`
+            ExprKind::Call { args, .. }
+                if let [receiver, args @ ..] = args.as_slice()
+                    && self.is_self(*receiver) =>
+            {
+                self.cleared_by_call(id, args)
             }
             ExprKind::MethodCall { receiver, .. } if self.writes(id, *receiver) => field(*receiver),
             _ => Cleared::Fields(BTreeSet::new()),
         }
     }
 
+    /// What a method clears that is called on `self` with these other arguments.
+    fn cleared_by_call(&self, id: ExprId, args: &[ExprId]) -> Cleared {
+        let heads: Vec<Option<Head>> = [None].into_iter().chain(args.iter().map(|arg| self.head(*arg))).collect();
+        let of = |target: &FunctionId| Some(Self::new(self.program, *target, &heads, self.depth + 1)?.cleared());
+        let called = self.targets(id).unwrap_or_default().iter().filter_map(of);
+        called.reduce(Cleared::common).unwrap_or(Cleared::Fields(BTreeSet::new()))
+    }
+
     /// What `*self = Self { … }` clears: not the fields that it takes over.
     fn made_anew(&self, value: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Cleared {
         let (kept, new): (Vec<_>, Vec<_>) = fields.iter().partition(|(name, value)| self.keeps(*value, name));
-        let keeps_rest = rest.is_some_and(|rest| self.is_self(rest));
+        let keeps_rest = rest.is_some_and(|rest| match &self.body.expr(rest).kind {
+            ExprKind::MethodCall { receiver, method, .. } => method == "clone" && self.is_self(*receiver),
+            _ => self.is_self(rest),
+        });
         if kept.is_empty() && !keeps_rest {
             return Cleared::Everything;
         }
