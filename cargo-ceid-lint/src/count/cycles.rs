@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
-use super::fed::{has_own_filter, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
+use super::fed::{is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
 use super::search::{Region, Search};
 use super::summary::Summaries;
@@ -239,8 +239,6 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     }
     // A counter is no sample, but what it indexes is one.
     let mut bound = info.bound.clone();
-    // What is an element with a filter of its own, which the round updates, is no sample.
-    bound.retain(|var| !has_own_filter(search, *var, id));
     let mut sampled: Vec<&Place> = Vec::new();
     if let Some((counter, _)) = info.counter {
         bound.retain(|var| *var != counter && !aliases.is_derived(counter, &[*var]));

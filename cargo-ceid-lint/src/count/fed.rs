@@ -220,18 +220,3 @@ fn filled_from(graph: &ControlFlowGraph, aliases: &Aliases, given: &[Var], id: L
         known.extend(found);
     }
 }
-
-/// Whether what a loop binds is an element in which the round updates another filter than the instance: `for channel in &mut channels {
-/// mix.update(channel.lag.update(level)); }`.
-pub(super) fn has_own_filter(search: &Search<'_>, bound: Var, id: LoopId) -> bool {
-    let Search { graph, aliases, instance, .. } = *search;
-    let is_in_it = |place: &Place| {
-        let is_named = place.base_var().is_some_and(|var| var == bound || aliases.is_derived(var, &[bound]));
-        is_named && !aliases.shared_roots(place).iter().any(|root| root.overlaps(instance))
-    };
-    may_hold_filter(search.program.index, &graph.var(bound).ty)
-        && graph
-            .node_ids()
-            .filter(|node| graph.is_within(graph.node(*node).in_loop, id))
-            .any(|node| matches!(&graph.node(node).effect, Effect::Update(update) if is_in_it(&update.place)))
-}
