@@ -43,7 +43,7 @@ impl Gates<'_, '_> {
                 let computed = graph.computed.get(&var);
                 computed.is_some_and(|computed| named(&computed.places).into_iter().all(is_number))
             }
-            _ => is_number(place),
+            (ty, _) => ty != Some(Ty::Float),
         };
         let is_round = |place: &Place| {
             place.steps.is_empty()
