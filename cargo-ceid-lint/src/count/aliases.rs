@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use super::called_place::CalledPlace;
 use super::given::{Given, place_of};
 use super::instances::{lends, may_hold_filter};
+use super::moves;
 use super::search::Called;
 use super::shared_handles::shared_handles;
 use super::summary::Summaries;
@@ -30,7 +31,7 @@ pub(super) struct Aliases {
     plain: BTreeSet<Var>,
     /// Variables that hold a value of their own.
     owning: BTreeSet<Var>,
-    /// Parameters that are handles: what they lead to outlives the function, also where they are moved.
+    /// Parameters that outlive the function under whatever name: handles, and what is given back.
     handed: BTreeSet<Var>,
     /// Which variables were computed from which.
     pub(super) derived: BTreeMap<Var, BTreeSet<Var>>,
@@ -99,7 +100,12 @@ const MAX_MOVES: usize = 64;
 
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
-        let mut aliases = Self { handles: shared_handles(index, graph, summaries), ..Self::default() };
+        let given_back = moves::given_back(index, graph, summaries);
+        let mut aliases = Self {
+            handles: shared_handles(index, graph, summaries),
+            handed: given_back.iter().map(|borrow| graph.params[borrow.param]).collect(),
+            ..Self::default()
+        };
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
                 aliases.unnamed.insert(Var(number));

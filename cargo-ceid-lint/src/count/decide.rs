@@ -159,7 +159,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     if decision.verdict.is_proved() && taken_out::goes_back(search, region) {
         return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
     }
-    if pauses && search.is_chosen_by_callee() {
+    if decision.verdict.is_proved() && search.is_chosen_by_callee() {
         return Decision { primary: decision.primary, ..Decision::unproved(which_variant()) };
     }
     decision

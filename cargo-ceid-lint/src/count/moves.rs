@@ -53,16 +53,11 @@ pub(super) fn reached(
 }
 
 /// The filters in what a function takes by value that may lie in what it gives back, and not in a copy: `fn next(self) -> State`.
-pub(super) fn given_back(
-    index: &Index,
-    graph: &ControlFlowGraph,
-    summaries: &Summaries,
-    gives_copy: bool,
-) -> BTreeSet<Borrow> {
+pub(super) fn given_back(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Borrow> {
     let mut found = BTreeSet::new();
     for (param, var) in graph.params.iter().enumerate() {
         let ty = &graph.var(*var).ty;
-        if gives_copy || !matches!(ty, Ty::Adt(..)) {
+        if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Tuple(_)) || index.copies_filter(ty) {
             continue;
         }
         for leaf in leaves_and_payloads(index, ty) {

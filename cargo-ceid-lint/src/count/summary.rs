@@ -300,7 +300,7 @@ impl Summaries {
         summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
-        summary.returns.extend(moves::given_back(program.index, graph, self, gives_copy));
+        summary.returns.extend(moves::given_back(program.index, graph, self));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();

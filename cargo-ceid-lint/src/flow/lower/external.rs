@@ -7,6 +7,7 @@ use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::types::LocalId;
 
 impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
@@ -286,17 +287,25 @@ impl Builder<'_> {
         (0..variants.len()).filter(holds).count() > 1
     }
 
-    /// Whether what is taken out of a place by a call is given to that place again, by itself or under the name that it gets.
+    /// Whether what is taken out of a place by a call is given to that place again, by itself or under the names that it gets.
     fn is_put_back(&mut self, taken: ExprId, place: &Place) -> bool {
         let (body, typed) = (self.body(), self.typed());
-        let name = body.stmts().find_map(|stmt| match &stmt.kind {
-            StmtKind::Let { pat, init, .. } if *init == Some(taken) => typed.pat_local.get(pat),
+        let lets = body.stmts().filter_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init, .. } if *init == Some(taken) => Some(vec![*pat]),
             _ => None,
         });
+        let matches = body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Let { pat, value } if *value == taken => Some(vec![*pat]),
+            ExprKind::Match { scrutinee, arms } if *scrutinee == taken => {
+                Some(arms.iter().map(|arm| arm.pat).collect())
+            }
+            _ => None,
+        });
+        let names: Vec<LocalId> = lets.chain(matches).flatten().flat_map(|pat| self.locals_of(pat)).collect();
         let comes_from = |value: ExprId| {
             let span = body.expr(value).span;
             let is_named = || {
-                let mut named = typed.expr_local.iter().filter(|(_, local)| name == Some(local));
+                let mut named = typed.expr_local.iter().filter(|(_, local)| names.contains(local));
                 named.any(|(expr, _)| span.contains(body.expr(*expr).span))
             };
             span.contains(body.expr(taken).span) || is_named()
