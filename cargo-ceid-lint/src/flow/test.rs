@@ -76,6 +76,13 @@ impl Subject {
         bits & self.anything()
     }
 
+    /// The heads of a mask by their names, those included that nothing asks for.
+    #[must_use]
+    pub fn names(&self, mask: u32) -> Vec<Head> {
+        let others = self.total.iter().flatten().filter(|head| !self.heads.contains(head));
+        self.heads.iter().chain(others).filter(|head| mask & self.bit(head) != 0).cloned().collect()
+    }
+
     /// The bit of a head.
     #[must_use]
     pub fn bit(&self, head: &str) -> u32 {

@@ -100,10 +100,6 @@ impl Gates<'_, '_> {
                 };
                 let reads: Option<Vec<Given>> = reads.iter().map(read).collect();
                 let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
-                let heads = |subject: &Subject| {
-                    let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
-                    heads.cloned().collect()
-                };
                 Some(Asks {
                     reads: reads.filter(|reads| !reads.is_empty())?,
                     is_pure,
@@ -112,7 +108,7 @@ impl Gates<'_, '_> {
                     is_remainder,
                     is_number: false,
                     whole: subject.and_then(|subject| known(self.copied_from(subject.whole.as_ref()?))),
-                    updating: subject.map(heads).unwrap_or_default(),
+                    updating: subject.map(|subject| subject.names(mask)).unwrap_or_default(),
                 })
             }
             Effect::Call(site) => {

@@ -244,9 +244,9 @@ impl Gates<'_, '_> {
                 let mode = Mode { foreign, ..Mode::new(*id, updating) };
                 self.search.resets_in_pauses(self.region, mode)
             };
-            let bears = subject.heads.iter().filter(|head| bears_with(subject.bit(head)));
-            let bears: Vec<Head> = bears.cloned().collect();
-            let bears_all = bears.len() == subject.heads.len() && bears_with(subject.anything());
+            let heads = subject.names(subject.anything());
+            let bears: Vec<Head> = heads.iter().filter(|head| bears_with(subject.bit(head))).cloned().collect();
+            let bears_all = bears.len() == heads.len() && bears_with(subject.anything());
             Some(KeptMode { place, bears, bears_all })
         });
         // Whoever changes a filter's own state otherwise ends the pause without a reset, and who closes a latch begins one.

@@ -247,6 +247,25 @@ impl Gates<'_, '_> {
         is_kept
     }
 
+    /// Whether what an event brings is no time but the last sample for a filter without a step of its own: no iteration that updates
+    /// the filter brings another one. `Hall(rpm) => last_rpm = rpm`
+    fn brings_sample(&self, way: &Way) -> bool {
+        let leads = |from: NodeId, to: NodeId| self.reached_from(from, |_, _| true)[to.0 as usize];
+        let updating = self.search.updating();
+        let is_beside = |id: NodeId| updating.iter().any(|update| leads(id, *update) || leads(*update, id));
+        let is_time_read = |id: NodeId| {
+            let change = self.search.graph.changes.get(&id);
+            change.is_none_or(|change| self.tells(&self.assignments().behind(&change.computed)))
+        };
+        let is_sample = |place: &Place| {
+            let mut renewed = self.nodes().filter(|id| self.renews(*id, place));
+            !self.is_time(place) && renewed.all(|id| !is_beside(id) && !is_time_read(id))
+        };
+        let is_renewed = |clock: &&Place| way.nodes.iter().any(|id| self.renews(*id, clock));
+        let mut clocks = self.clocks(self.step()).filter(is_renewed).peekable();
+        self.time_base() == TimeBase::Fixed && clocks.peek().is_some() && clocks.all(is_sample)
+    }
+
     /// `dt = now - t; t = now;`: whether the step that the filter is told is reckoned from a number that is kept and from the one that
     /// takes its place, whatever they are called.
     fn is_subtracted_for_step(&self, place: &Place) -> bool {
@@ -345,6 +364,7 @@ impl Gates<'_, '_> {
                 }
                 _ => false,
             },
+            Gate::Event if self.brings_sample(way) => false,
             _ => self.time_base() != TimeBase::Inside && self.goes_on(way),
         }
     }

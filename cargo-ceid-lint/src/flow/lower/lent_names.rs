@@ -2,7 +2,7 @@
 //! stand for its place: `let Self { divider, .. } = self;`, `let count = &mut self.count;`, `let local = cx.local;`.
 
 use super::Builder;
-use crate::flow::{Place, Projection};
+use crate::flow::{IndexKey, Place, Projection, Var};
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
 
@@ -25,12 +25,16 @@ impl Builder<'_> {
         }
     }
 
-    /// A place whose name means the same as long as something of it is borrowed.
+    /// A place whose name means the same as long as something of it is borrowed: in an element, if a parameter numbers it.
     fn lent_place(&mut self, init: ExprId) -> Option<Place> {
         let place = self.static_place(init)?;
-        let is_kept = place.base_var().is_none_or(|var| !self.is_assigned(var));
-        let is_field = |step: &Projection| matches!(step, Projection::Field(_));
-        (is_kept && place.steps.iter().all(is_field)).then_some(place)
+        let is_kept = |var: Var| !self.is_assigned(var);
+        let is_given = |var: Var| self.graph.var(var).param.is_some() && is_kept(var);
+        let is_same = |step: &Projection| match step {
+            Projection::Field(_) => true,
+            step => matches!(step.key(), Some(IndexKey::Var(number)) if is_given(*number)),
+        };
+        (place.base_var().is_none_or(is_kept) && place.steps.iter().all(is_same)).then_some(place)
     }
 
     /// Whether some name of a pattern now stands for its part of a place.

@@ -2,8 +2,8 @@
 
 use super::constants::Constants;
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Path, Receiver, StmtKind};
+use crate::index::{Def, FunctionId, Owner, Ty};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Path, Receiver, StmtKind, TypeRef};
 use crate::types::Callee;
 
 /// How deep functions are followed.
@@ -279,7 +279,19 @@ fn is_optional(ty: &Ty) -> bool {
 /// Whether a function only reads what it is given: all that its body is made of does.
 pub(super) fn is_pure_function(program: &Program<'_>, id: FunctionId, depth: u32) -> bool {
     let def = program.index.function(id);
-    if depth > MAX_DEPTH || def.function.receiver == Some(Receiver::Exclusive) {
+    // What is lent by `&mut` and left alone is asked: `fn is_due(&mut self) -> bool`. A method of a filter or of a trait may stand for
+    // more, and so may one that has nothing to tell.
+    let is_asked = || {
+        let own = match def.owner {
+            Owner::Impl(of) => Some(program.index.impl_def(of)).filter(|of| of.trait_path.is_none()),
+            _ => None,
+        };
+        let reads = |body: &Body| body.exprs.iter().any(|expr| matches!(expr.kind, ExprKind::Field { .. }));
+        matches!(&def.function.output, TypeRef::Path(path) if path.last() == "bool")
+            && own.is_some_and(|own| program.index.filter_spec(&own.self_ty).is_none())
+            && def.function.body.as_ref().is_some_and(reads)
+    };
+    if depth > MAX_DEPTH || def.function.receiver == Some(Receiver::Exclusive) && !is_asked() {
         return false;
     }
     let (Some(body), Some(typed)) = (&def.function.body, program.typed(id)) else { return false };
