@@ -1,7 +1,8 @@
 //! Makes the conditions that a function asks of what it is given known to those that call it, so that two helpers which ask for the
 //! same thing are told to do so.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use super::callgraph;
 use super::given::{Given, asked_at, given_subject};
@@ -15,19 +16,29 @@ pub(super) fn hand_up(graphs: &mut [Option<ControlFlowGraph>]) {
     let mut asked: Vec<BTreeMap<Given, Subject>> = vec![BTreeMap::new(); graphs.len()];
     for id in callgraph::components(graphs).into_iter().flatten() {
         let Some(graph) = &mut graphs[id.0 as usize] else { continue };
-        let mut own: BTreeSet<Place> = graph.subjects.iter().filter_map(|subject| subject.whole.clone()).collect();
-        let mut handed: Vec<Subject> = Vec::new();
+        let mut handed: BTreeMap<Place, Subject> = BTreeMap::new();
         for site in calls(graph) {
             for (given, subject) in site.targets.iter().flat_map(|target| &asked[target.0 as usize]) {
-                let Some(place) = asked_at(given, site).filter(|place| !own.contains(place)) else { continue };
-                if handed.len() < MAX_HANDED {
-                    own.insert(place.clone());
-                    let key = format!("asked by what is called: {place:?}");
-                    handed.push(Subject { key, reads: vec![place.clone()], whole: Some(place), ..subject.clone() });
+                let Some(place) = asked_at(given, site) else { continue };
+                let is_new = handed.len() < MAX_HANDED;
+                match handed.entry(place.clone()) {
+                    // Each tells other heads apart.
+                    Entry::Occupied(mut known) => known.get_mut().tell_apart(&subject.heads),
+                    Entry::Vacant(new) if is_new => {
+                        let key = format!("asked by what is called: {place:?}");
+                        let whole = Some(place.clone());
+                        new.insert(Subject { key, reads: vec![place], whole, ..subject.clone() });
+                    }
+                    Entry::Vacant(_) => {}
                 }
             }
         }
-        graph.subjects.extend(handed);
+        for (place, subject) in handed {
+            match graph.subject_of(&place) {
+                Some(own) => graph.tell_apart(own, &subject.heads),
+                None => graph.subjects.push(subject),
+            }
+        }
         let of_callers =
             graph.subjects.iter().filter_map(|subject| Some((given_subject(graph, subject)?, subject.clone())));
         asked[id.0 as usize] = of_callers.take(MAX_HANDED).collect();

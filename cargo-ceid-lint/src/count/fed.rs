@@ -109,7 +109,9 @@ pub(super) fn is_mixed_with(search: &Search<'_>, update: NodeId, id: LoopId, fro
     let from_given = aliases.derived_from(given);
     let of_both = |span: Span, computed: &Computed| {
         let mut vars = computed.places.iter().filter_map(Place::base_var);
-        let is_given = span.contains(graph.node(update).span) || vars.clone().any(|var| from_given.contains(var));
+        // What a macro writes all stands where it is called.
+        let at = graph.node(update).span;
+        let is_given = span != at && span.contains(at) || vars.clone().any(|var| from_given.contains(var));
         is_given && vars.any(|var| from_bound.contains(var))
     };
     let is_inside = |around: Option<LoopId>| graph.is_within(around, id);

@@ -19,9 +19,8 @@ impl Duplicated {
         let names_clone = |id: &ExprId| matches!(&body.expr(*id).kind, ExprKind::Path(path) if clones(path.last()));
         // What is made where it is written is no other element.
         let is_there_already = |within: ExprId| {
-            let span = body.expr(within).span;
-            let mut own = (0u32..).map(ExprId).zip(&body.exprs).filter(|(_, expr)| span.contains(expr.span));
-            own.any(|(id, expr)| {
+            body.within(within).any(|id| {
+                let expr = body.expr(id);
                 let is_place = matches!(expr.kind, ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Index { .. });
                 is_place && index.may_share_filter(typed.ty(id))
             })

@@ -1,6 +1,6 @@
 //! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
 
-use super::{Cause, Place, Var};
+use super::{Cause, ControlFlowGraph, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 
@@ -83,6 +83,16 @@ impl Subject {
         self.heads.iter().chain(others).filter(|head| mask & self.bit(head) != 0).cloned().collect()
     }
 
+    /// Lists these heads as well, as far as there are bits for them.
+    pub fn tell_apart(&mut self, heads: &[Head]) {
+        for head in heads {
+            let is_possible = self.total.as_ref().is_none_or(|total| total.contains(head));
+            if is_possible && self.heads.len() < MAX_HEADS && !self.heads.contains(head) {
+                self.heads.push(head.clone());
+            }
+        }
+    }
+
     /// The bit of a head.
     #[must_use]
     pub fn bit(&self, head: &str) -> u32 {
@@ -95,6 +105,24 @@ impl Subject {
 
 fn bits(count: usize) -> u32 {
     if count >= MAX_HEADS { !OTHER_HEADS } else { (1 << count) - 1 }
+}
+
+impl ControlFlowGraph {
+    /// Lists these heads of a subject as well: an answer that all others have is theirs too.
+    pub fn tell_apart(&mut self, id: SubjectId, heads: &[Head]) {
+        let subject = &mut self.subjects[id.0 as usize];
+        let before = subject.heads.len();
+        subject.tell_apart(heads);
+        let new = bits(subject.heads.len()) & !bits(before);
+        let with_new = |mask: u32| if mask & OTHER_HEADS == 0 { mask } else { mask | new };
+        for node in &mut self.nodes {
+            if let Effect::Branch(test) = &mut node.effect
+                && test.subject == Some(id)
+            {
+                (test.holds, test.fails) = (with_new(test.holds), with_new(test.fails));
+            }
+        }
+    }
 }
 
 /// A question with two answers.

@@ -313,7 +313,7 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason
         is_about(of, &own.place, *id)
     };
     let mut places = Vec::new();
-    for id in of.body.within(of.loop_statement()).into_iter().filter(is_outside).filter(is_named) {
+    for id in of.body.within(of.loop_statement()).filter(is_outside).filter(is_named) {
         match lookup(of, own, id) {
             Some(place) => places.push(place),
             None => {
@@ -338,7 +338,7 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason
 /// The place in the condition of a `while` that a name leads to, if only a field or method of it is asked for.
 fn lookup(of: &LoopBody<'_>, own: &Guarded, id: ExprId) -> Option<ExprId> {
     let ExprKind::While { condition, .. } = of.kind(of.whole) else { return None };
-    let in_condition = of.body.within(*condition);
+    let in_condition: Vec<ExprId> = of.body.within(*condition).collect();
     let lends_on =
         |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. } | ExprKind::Closure(_) | ExprKind::Macro(_));
     if !in_condition.contains(&id) || in_condition.iter().any(lends_on) || own.place.element.is_some() {

@@ -42,7 +42,7 @@ impl<'a> LoopBody<'a> {
         let (function, whole, block) = loops.at(head)?;
         let body = program.index.function(function).function.body.as_ref()?;
         let typed = program.typed(function)?;
-        let inside = body.within(block);
+        let inside: Vec<ExprId> = body.within(block).collect();
         let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
         let style = loops.style(head.file);

@@ -20,7 +20,7 @@ fn capture(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason> {
     };
     let is_of_another_field =
         |id: &ExprId| of.typed.expr_local.get(id) == Some(&own.place.local) && !is_about(of, &own.place, *id);
-    let mut named = of.body.within(around).into_iter().filter(is_of_another_field);
+    let mut named = of.body.within(around).filter(is_of_another_field);
     let id = named.find(|id| of.ancestors(*id).take_while(|at| *at != around).any(is_closure))?;
     let local = &of.typed.local(own.place.local).name;
     let Some(ExprKind::Field { name: field, .. }) = of.parent(id).map(|parent| of.kind(parent)) else { return None };

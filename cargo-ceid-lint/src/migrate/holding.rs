@@ -297,7 +297,7 @@ pub(super) fn out_of_reach(of: &LoopBody<'_>, own: &Guarded) -> String {
 fn is_used_beside(of: &LoopBody<'_>, place: &Place) -> bool {
     let names = |id: &ExprId| of.typed.expr_local.get(id) == Some(&place.local);
     let is_own = |id: ExprId| is_about(of, place, id) && !is_about_owner(of, place, id);
-    of.body.within(of.loop_statement()).into_iter().filter(names).any(|id| !is_own(id))
+    of.body.within(of.loop_statement()).filter(names).any(|id| !is_own(id))
 }
 
 /// The statement by which a pointer is a reference whose fields are lent one by one.

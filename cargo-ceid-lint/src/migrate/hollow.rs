@@ -177,7 +177,7 @@ impl Hollow<'_> {
             ExprKind::Let { value, .. } => *value,
             _ => *condition,
         };
-        let is_plain = !of.body.within(value).iter().any(|id| matches!(of.kind(*id), ExprKind::Let { .. }));
+        let is_plain = !of.body.within(value).any(|id| matches!(of.kind(id), ExprKind::Let { .. }));
         let span = of.span(value);
         let before = of.text.get(of.span(choice).start as usize..span.start as usize);
         // In brackets, or behind a pattern with some.

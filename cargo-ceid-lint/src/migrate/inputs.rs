@@ -250,7 +250,7 @@ fn is_given_away(of: &LoopBody<'_>, site: &Site, value: ExprId) -> bool {
         // What is looked into around the call is borrowed there.
         let is_apart = match around.map(|around| of.kind(around)) {
             None | Some(ExprKind::Block(_)) => true,
-            Some(ExprKind::If { condition, .. }) => !of.body.within(*condition).iter().any(is_let),
+            Some(ExprKind::If { condition, .. }) => !of.body.within(*condition).any(|id| is_let(&id)),
             _ => false,
         };
         is_apart && !call.contains(span) && !of.may_follow(site.call, at)

@@ -110,7 +110,7 @@ fn lends(of: &LoopBody<'_>, call: ExprId, args: &[ExprId]) -> bool {
 /// Whether the loop, its head included, does nothing with a place but look at it.
 fn is_only_read(of: &LoopBody<'_>, place: &Place) -> bool {
     let name = &of.typed.local(place.local).name;
-    of.body.within(of.whole).into_iter().all(|id| match of.kind(id) {
+    of.body.within(of.whole).all(|id| match of.kind(id) {
         ExprKind::Opaque(call) => !call.mentions.contains(name),
         _ => !is_about(of, place, id) || is_look(of, id),
     })

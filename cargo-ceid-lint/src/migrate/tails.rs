@@ -66,7 +66,7 @@ fn is_shown_by_update(of: &LoopBody<'_>, guarded: &[Guarded], last: ExprId) -> b
 }
 
 fn first_naming(of: &LoopBody<'_>, loans: &[ExprId], names: impl Fn(ExprId) -> bool) -> Option<ExprId> {
-    loans.iter().copied().find(|id| of.body.within(*id).into_iter().any(&names))
+    loans.iter().copied().find(|id| of.body.within(*id).any(&names))
 }
 
 /// What an expression may borrow until it has its value, and give back only then.

@@ -7,6 +7,7 @@ mod chosen;
 mod elements;
 mod event;
 mod helper;
+mod kept;
 mod locked;
 mod mode;
 mod own;
@@ -29,7 +30,7 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
-pub(super) use mode::KeptMode;
+pub(super) use kept::KeptMode;
 pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_params;
 use signals::Signals;

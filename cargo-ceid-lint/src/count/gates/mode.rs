@@ -1,13 +1,13 @@
 //! Modes: states in which a filter pauses, with a reset before it runs again.
 
 use std::cell::LazyCell;
-use std::collections::BTreeSet;
 
+use super::kept::KeptMode;
 use super::passed::TakenBack;
 use super::{Gates, Way};
-use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
+use crate::count::given::{Given, GivenBase, given, place_of};
 use crate::count::instances::is_lent;
-use crate::count::search::{End, Mode, Region, Search};
+use crate::count::search::{Mode, Region, Search};
 use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{
@@ -15,26 +15,6 @@ use crate::flow::{
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
-
-/// A state of the caller's for which a helper pauses, with a reset before it updates again.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::count) struct KeptMode {
-    place: Given,
-    /// The heads that others may give it, so that each pause still goes with a reset.
-    bears: Vec<Head>,
-    /// Whether others may give it whatever they like.
-    bears_all: bool,
-}
-
-impl KeptMode {
-    pub(super) const fn place(&self) -> &Given {
-        &self.place
-    }
-
-    fn bears_with(&self, head: Option<&Head>) -> bool {
-        head.map_or(self.bears_all, |head| self.bears.contains(head))
-    }
-}
 
 /// The type of which a function is a method that may change the value.
 fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
@@ -93,7 +73,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether each call of the function brings another value: `fn step(&mut self, is_armed: bool)`.
-    fn comes_anew(&self, place: &Place) -> bool {
+    pub(super) fn comes_anew(&self, place: &Place) -> bool {
         let Search { graph, program, .. } = self.search;
         let is_given = |var: Var| {
             let info = graph.var(var);
@@ -211,55 +191,11 @@ impl Gates<'_, '_> {
         })
     }
 
-    /// The states of the caller's for which a helper was found to pause, itself or in what it calls.
-    pub(in crate::count) fn kept_modes(&self, end: &End, gate: Option<Gate>) -> Vec<KeptMode> {
-        if !matches!(gate, Some(Gate::Mode | Gate::Startup)) {
-            return Vec::new();
-        }
-        let graph = self.search.graph;
-        if let Some(Effect::Call(site)) = end.state.skipped_at.map(|at| &graph.node(at).effect) {
-            let passed_on = self.modes_of(site).into_iter().filter_map(|mode| {
-                Some(KeptMode { place: given(graph, &place_of(&mode.place, site)?)?, ..mode.clone() })
-            });
-            return passed_on.collect();
-        }
-        let modes = self.modes.borrow();
-        let is_kept = |((_, asked_by), is_mode): &(&(SubjectId, Option<NodeId>), &bool)| {
-            **is_mode && asked_by.is_none() && gate == Some(Gate::Mode)
-        };
-        // What each call brings anew is nobody's to keep.
-        let is_kept_between = |subject: &Subject| subject.whole.as_ref().is_none_or(|whole| !self.comes_anew(whole));
-        let kept = modes.iter().filter(is_kept).filter_map(|((id, _), _)| {
-            let subject = Some(&graph.subjects[id.0 as usize]).filter(|subject| is_kept_between(subject))?;
-            let element = self.element_state(*id).filter(|_| self.is_mode_of_element(*id));
-            let place = match &element {
-                Some(state) => given(graph, &state.place)?,
-                None => given_subject(graph, subject)?,
-            };
-            let updating = self.updating(*id)?;
-            let bears_with = |foreign: u32| {
-                if element.is_some() {
-                    return foreign & updating == 0;
-                }
-                let mode = Mode { foreign, ..Mode::new(*id, updating) };
-                self.search.resets_in_pauses(self.region, mode)
-            };
-            let heads = subject.names(subject.anything());
-            let bears: Vec<Head> = heads.iter().filter(|head| bears_with(subject.bit(head))).cloned().collect();
-            let bears_all = bears.len() == heads.len() && bears_with(subject.anything());
-            Some(KeptMode { place, bears, bears_all })
-        });
-        // Whoever changes a filter's own state otherwise ends the pause without a reset, and who closes a latch begins one.
-        let own_states = self.own_states.borrow();
-        let own = own_states.iter().filter_map(|(place, bears)| Some((given(graph, place)?, bears)));
-        kept.chain(own.map(|(place, bears)| KeptMode { place, bears: bears.clone(), bears_all: false })).collect()
-    }
-
     /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that
     /// the helper bears with, or resets the filter as well.
     pub(super) fn leaves_modes(&self, site: &CallSite, at: NodeId) -> bool {
         self.modes_of(site).into_iter().all(|mode| {
-            let Some(place) = place_of(&mode.place, site) else { return false };
+            let Some(place) = place_of(mode.place(), site) else { return false };
             let ends = |head: Option<&Head>| !mode.bears_with(head);
             if self.is_run_again() && self.is_written_elsewhere(&place, &ends) {
                 return false;
@@ -299,13 +235,6 @@ impl Gates<'_, '_> {
             around = info.parent;
         }
         true
-    }
-
-    /// The states for which a helper pauses.
-    pub(super) fn modes_of(&self, site: &CallSite) -> BTreeSet<&KeptMode> {
-        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
-        let outcomes = summaries.flat_map(|summary| summary.outcomes(self.search.law)).flat_map(|(_, ways)| ways);
-        outcomes.flat_map(|outcome| &outcome.modes).collect()
     }
 
     /// Whether a call gives a state only heads that a helper bears with.

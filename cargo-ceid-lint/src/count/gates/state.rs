@@ -6,8 +6,8 @@ use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
-    Var,
+    Assignment, Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection,
+    Test, Transfer, Var,
 };
 use crate::index::Ty;
 
@@ -47,9 +47,15 @@ impl Gates<'_, '_> {
         }
         let mut heads: Vec<&str> = Vec::new();
         let mut computed: Vec<NodeId> = Vec::new();
+        let replaces_owner = |write: &Assignment| {
+            !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
+        };
         for id in self.nodes() {
-            if let Effect::Write(write) | Effect::Set(write) = &graph.node(id).effect
-                && write.place == *place
+            let effect = &graph.node(id).effect;
+            if let Effect::Write(write) | Effect::Set(write) = effect
+                && (write.place == *place
+                    || self.renews(id, place)
+                    || matches!(effect, Effect::Write(_)) && replaces_owner(write))
             {
                 match &write.head {
                     Some(head) => heads.push(head),

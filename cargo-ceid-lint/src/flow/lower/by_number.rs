@@ -21,7 +21,7 @@ impl Builder<'_> {
 
 impl Constants<'_> {
     fn chooses_by(self, inside: ExprId, number: LocalId, numbers: &[Head], calls: u32) -> bool {
-        let all = self.body.within(inside);
+        let all: Vec<ExprId> = self.body.within(inside).collect();
         let is_it = |id: ExprId| self.typed.expr_local.get(&plain(self.body, id)) == Some(&number);
         let mut chosen: Vec<ExprId> = Vec::new();
         for id in &all {

@@ -45,7 +45,7 @@ impl Builder<'_> {
             (info.kind == CycleKind::For && info.in_order).then_some(counter)
         });
         let asks = |counter: Var, own: ExprId, other: ExprId| {
-            let mut read = self.body().within(other).into_iter();
+            let mut read = self.body().within(other);
             self.counts_with(own, counter) && !read.any(|id| self.counts_with(id, counter))
         };
         matches!(op, "==" | "!=")

@@ -100,10 +100,7 @@ impl Builder<'_> {
 
     /// Whether a filter is named anywhere in an expression.
     fn names_filter(&self, id: ExprId) -> bool {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let inside = (0..=id.0).rev().map(ExprId).take_while(|id| span.contains(body.expr(*id).span));
-        inside.into_iter().any(|id| self.program.index.filter_spec(self.ty(id).peel()).is_some())
+        self.body().within(id).any(|id| self.program.index.filter_spec(self.ty(id).peel()).is_some())
     }
 
     /// A value whose destructor will never run.

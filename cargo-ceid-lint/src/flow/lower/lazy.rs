@@ -146,12 +146,7 @@ impl Builder<'_> {
     /// Whether the body of a loop over an iterator that has a name takes items of it by itself.
     pub(super) fn is_advanced_in(&self, id: ExprId, body: ExprId) -> bool {
         let Some(local) = self.typed().expr_local.get(&id) else { return false };
-        let tree = self.body();
-        let span = tree.expr(body).span;
-        (0u32..)
-            .map(ExprId)
-            .zip(&tree.exprs)
-            .any(|(at, expr)| span.contains(expr.span) && self.typed().expr_local.get(&at) == Some(local))
+        self.body().within(body).any(|at| self.typed().expr_local.get(&at) == Some(local))
     }
 
     /// Whether an iterator that has a name is named nowhere else, so that nothing gets what is left of it.

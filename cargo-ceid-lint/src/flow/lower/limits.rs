@@ -127,8 +127,7 @@ impl Builder<'_> {
     fn may_repeat_round(&self, label: Option<&String>, body: ExprId, count: Span) -> bool {
         let tree = self.body();
         let is_filter = |id: &ExprId| self.program.index.holds_filter(self.ty(*id));
-        let all = tree.within(body);
-        let ends = all.iter().filter(|id| is_filter(id)).map(|id| tree.expr(*id).span.end);
+        let ends = tree.within(body).filter(is_filter).map(|id| tree.expr(id).span.end);
         ends.min().is_some_and(|first_use| self.goes_on_in(label, body, first_use..count.start))
     }
 
@@ -158,7 +157,7 @@ impl Builder<'_> {
     /// Whether elements change their numbers while a loop counts: the one behind a removed element is passed over.
     fn moves_elements(&self, counter: Var, body: ExprId) -> bool {
         let tree = self.body();
-        tree.within(body).into_iter().any(|id| match &tree.expr(id).kind {
+        tree.within(body).any(|id| match &tree.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 MOVING.contains(&method.as_str())
                     && self.program.index.holds_filter(self.ty(*receiver))

@@ -314,9 +314,7 @@ impl Builder<'_> {
         let info = self.graph.loop_info(this_loop);
         let (Some((counter, Some(0))), limits) = (info.counter, info.limits.clone()) else { return };
         let tree = self.body();
-        let span = tree.expr(inside).span;
-        let all = || (0u32..).map(ExprId).zip(&tree.exprs).filter(|(_, expr)| span.contains(expr.span));
-        let indexes = all().filter_map(|(_, expr)| match &expr.kind {
+        let indexes = tree.within(inside).filter_map(|id| match &tree.expr(id).kind {
             ExprKind::Index { index, .. } => Some(*index),
             _ => None,
         });
@@ -324,7 +322,7 @@ impl Builder<'_> {
             let local = this.typed().expr_local.get(&id);
             local.and_then(|local| this.frames[this.frame].vars.get(local)) == Some(&counter)
         };
-        let used = all().filter(|(id, _)| is_counter(self, *id)).count();
+        let used = tree.within(inside).filter(|id| is_counter(self, *id)).count();
         let lasts: Vec<ExprId> = indexes
             .filter_map(|index| match &tree.expr(index).kind {
                 ExprKind::Binary { op: "-", lhs, rhs } if is_counter(self, *rhs) => Some(*lhs),

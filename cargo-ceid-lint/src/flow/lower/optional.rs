@@ -222,7 +222,6 @@ impl Builder<'_> {
 
 /// Whether a closure's code can be left before its end, or waits.
 pub(super) fn leaves(body: &Body, code: ExprId) -> bool {
-    let inside = body.expr(code).span;
     let is_exit = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Await(_));
-    body.exprs.iter().any(|expr| inside.contains(expr.span) && is_exit(&expr.kind))
+    body.within(code).any(|id| is_exit(&body.expr(id).kind))
 }

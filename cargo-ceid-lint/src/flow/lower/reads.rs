@@ -7,7 +7,6 @@ use super::closures::ClosureRef;
 use super::received::received_by;
 use crate::flow::{Computed, Place, Projection, Var};
 use crate::index::{FunctionId, MethodOwner, Ty};
-use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
 use crate::types::{Callee, LocalId, TypedBody, is_lock};
 
@@ -19,23 +18,20 @@ impl Builder<'_> {
         *self.ty(expr) == Ty::Unknown && matches!(of, Ty::External(..)) && self.program.index.filter_spec(of).is_some()
     }
 
-    /// The variables that an expression reads anywhere in it, but for those that it binds itself. Children stand before their
-    /// parents.
+    /// The variables that an expression reads anywhere in it, but for those that it binds itself.
     pub(super) fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
         let body = self.body();
         let span = body.expr(id).span;
         let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
+        for expr in body.within(id) {
             if let Some(place) = self.stand_in(expr) {
                 vars.extend(place.base_var());
-            } else if let Some(local) = self.typed().expr_local.get(&expr).copied()
-                && !span.contains(self.typed().local(local).span)
-            {
-                vars.push(self.var_of(local));
+            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+                // What a macro writes all stands where it is called, in it and around it.
+                let declared = self.typed().local(local).span;
+                if declared == span || !span.contains(declared) {
+                    vars.push(self.var_of(local));
+                }
             }
         }
         vars
@@ -121,19 +117,13 @@ impl Builder<'_> {
     /// The places that an expression reads and the functions it calls, anywhere in it.
     pub(super) fn computed_from(&mut self, id: ExprId) -> Computed {
         let body = self.body();
-        let span = body.expr(id).span;
         let mut computed = Computed::default();
-        let mut limits: Vec<Span> = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            let own = body.expr(expr).span;
-            if !span.contains(own) {
-                break;
-            }
-            if limits.iter().any(|limit| limit.contains(own)) {
+        let mut limits: BTreeSet<ExprId> = BTreeSet::new();
+        for expr in body.within(id) {
+            if limits.contains(&expr) {
                 continue;
             }
-            limits.extend(self.limits_of_wait(expr).map(|limit| body.expr(limit).span));
+            limits.extend(self.limits_of_wait(expr).flat_map(|limit| body.within(limit)));
             computed.calls.extend(received_by(self.constants(), expr).map(str::to_owned));
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
@@ -261,12 +251,10 @@ impl Builder<'_> {
     /// What each place inside of a closure is named for: its field, a reference to it, a call of its method.
     fn uses_inside(&self, closure: ClosureRef) -> impl Iterator<Item = (ExprId, ExprId)> {
         let body = &self.frames[closure.frame].body;
-        let span = body.expr(closure.expr).span;
-        let inside = (0u32..).zip(&body.exprs).filter(move |(_, expr)| span.contains(expr.span));
-        inside.filter_map(|(number, expr)| match &expr.kind {
-            ExprKind::Field { base, .. } => Some((*base, ExprId(number))),
-            ExprKind::Reference { value, .. } => Some((*value, ExprId(number))),
-            ExprKind::MethodCall { receiver, .. } => Some((*receiver, ExprId(number))),
+        body.within(closure.expr).rev().filter_map(|id| match &body.expr(id).kind {
+            ExprKind::Field { base, .. } => Some((*base, id)),
+            ExprKind::Reference { value, .. } => Some((*value, id)),
+            ExprKind::MethodCall { receiver, .. } => Some((*receiver, id)),
             _ => None,
         })
     }
@@ -290,12 +278,11 @@ impl Builder<'_> {
     pub(super) fn mentions(&self, closure: ClosureRef) -> impl Iterator<Item = (ExprId, LocalId, Var)> {
         let frame = &self.frames[closure.frame];
         let span = frame.body.expr(closure.expr).span;
-        let inside = (0u32..).zip(&frame.body.exprs).filter(move |(_, expr)| span.contains(expr.span));
-        inside.filter_map(move |(number, _)| {
-            let local = frame.typed.expr_local.get(&ExprId(number))?;
+        frame.body.within(closure.expr).rev().filter_map(move |id| {
+            let local = frame.typed.expr_local.get(&id)?;
             let is_own = span.contains(frame.typed.local(*local).span);
             let var = frame.vars.get(local).filter(|_| !is_own)?;
-            Some((ExprId(number), *local, *var))
+            Some((id, *local, *var))
         })
     }
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use super::Builder;
 use crate::flow::{Computed, LoopId, Place, Var};
 use crate::index::Ty;
-use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, StmtKind};
 
 impl Builder<'_> {
@@ -13,20 +12,18 @@ impl Builder<'_> {
     pub(super) fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
         let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
         let tree = self.body();
-        let span = tree.expr(inside).span;
         // What only tells something the number asks for nothing, and fills nothing.
-        let told: BTreeSet<Span> = tree
+        let told: BTreeSet<ExprId> = tree
             .stmts()
             .filter_map(|stmt| match &stmt.kind {
                 StmtKind::Expr { expr, .. } => Some(*expr),
                 StmtKind::Let { .. } => None,
             })
             .filter(|expr| self.filling(*expr).is_none())
-            .map(|expr| tree.expr(expr).span)
             .collect();
-        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
-            let (asked, numbers) = match &expr.kind {
-                ExprKind::MethodCall { .. } | ExprKind::Call { .. } if told.contains(&expr.span) => continue,
+        for id in tree.within(inside).rev() {
+            let (asked, numbers) = match &tree.expr(id).kind {
+                ExprKind::MethodCall { .. } | ExprKind::Call { .. } if told.contains(&id) => continue,
                 ExprKind::MethodCall { receiver, args, .. } => (std::slice::from_ref(receiver), &args[..]),
                 ExprKind::Call { args, .. } => (&args[..], &args[..]),
                 ExprKind::Index { base, index } => (std::slice::from_ref(base), std::slice::from_ref(index)),
@@ -38,7 +35,7 @@ impl Builder<'_> {
             for asked in asked {
                 let is_plain = matches!(self.ty(*asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
                 if let Some(place) = self.static_place(*asked).filter(|_| !is_plain) {
-                    let owners = self.owners_of_item(*asked, span);
+                    let owners = self.owners_of_item(*asked, inside);
                     self.graph.loops[this_loop.0 as usize].sampled.extend(owners.into_iter().chain([place]));
                 }
             }
@@ -68,9 +65,8 @@ impl Builder<'_> {
     /// Notes the collections whose elements the rounds of a loop get to write.
     pub(super) fn note_lent_to_rounds(&mut self, this_loop: LoopId, iterable: ExprId) {
         let tree = self.body();
-        let span = tree.expr(iterable).span;
-        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
-            let lent = match &expr.kind {
+        for id in tree.within(iterable).rev() {
+            let lent = match &tree.expr(id).kind {
                 ExprKind::MethodCall { receiver, method, .. } if method == "iter_mut" => *receiver,
                 ExprKind::Reference { value, mutable: true, .. } => *value,
                 _ => continue,
@@ -113,7 +109,7 @@ impl Builder<'_> {
     }
 
     /// What an item that a closure gets is one of: the channels in `channels.iter().map(|channel| channel[i])`.
-    fn owners_of_item(&mut self, item: ExprId, inside: Span) -> Vec<Place> {
+    fn owners_of_item(&mut self, item: ExprId, inside: ExprId) -> Vec<Place> {
         let tree = self.body();
         let mut owners = Vec::new();
         let mut open: Vec<ExprId> = self.receiver_of_closure(item, inside).into_iter().collect();
@@ -132,7 +128,7 @@ impl Builder<'_> {
     }
 
     /// What the method is called on that gets the closure to whose parameters a name belongs.
-    fn receiver_of_closure(&self, named: ExprId, inside: Span) -> Option<ExprId> {
+    fn receiver_of_closure(&self, named: ExprId, inside: ExprId) -> Option<ExprId> {
         let tree = self.body();
         let mut at = named;
         while let ExprKind::Field { base: inner, .. }
@@ -147,7 +143,7 @@ impl Builder<'_> {
             ExprKind::Closure(code) => code.params.iter().any(|(pat, _)| tree.pat(*pat).span.contains(declared)),
             _ => false,
         };
-        tree.exprs.iter().filter(|expr| inside.contains(expr.span)).find_map(|expr| match &expr.kind {
+        tree.within(inside).rev().find_map(|id| match &tree.expr(id).kind {
             ExprKind::MethodCall { receiver, args, .. } if args.iter().any(binds) => Some(*receiver),
             _ => None,
         })

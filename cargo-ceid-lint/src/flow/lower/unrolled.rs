@@ -162,10 +162,10 @@ impl Builder<'_> {
     /// Whether a body asks which name it has, or calls what asks it, and takes no element by it.
     fn selects(&self, inside: ExprId, local: LocalId) -> bool {
         let body = self.body();
-        let all = body.within(inside);
+        let all: Vec<ExprId> = body.within(inside).collect();
         let is_it = |id: &ExprId| self.typed().expr_local.get(&plain(body, *id)) == Some(&local);
         let is_index = |id: &ExprId| match &body.expr(*id).kind {
-            ExprKind::Index { index, .. } => body.within(*index).iter().any(is_it),
+            ExprKind::Index { index, .. } => body.within(*index).any(|id| is_it(&id)),
             _ => false,
         };
         let asks = |id: &ExprId| match &body.expr(*id).kind {
@@ -191,7 +191,7 @@ impl Builder<'_> {
         let asks =
             |kind: &ExprKind| matches!(kind, ExprKind::Match { scrutinee, .. } if is_it(&plain(body, *scrutinee)));
         let takes =
-            |kind: &ExprKind| matches!(kind, ExprKind::Index { index, .. } if body.within(*index).iter().any(is_it));
+            |kind: &ExprKind| matches!(kind, ExprKind::Index { index, .. } if body.within(*index).any(|id| is_it(&id)));
         body.exprs.iter().any(|expr| asks(&expr.kind)) && !body.exprs.iter().any(|expr| takes(&expr.kind))
     }
 }

@@ -29,7 +29,10 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
 
     pub(in crate::syntax) fn add(&mut self, kind: ExprKind, span: Span) -> ExprId {
         let id = ExprId(u32::try_from(self.body.exprs.len()).unwrap_or(u32::MAX));
-        self.body.exprs.push(Expr { kind, span });
+        self.body.exprs.push(Expr { kind, span, first: id });
+        // What lies in an expression is lowered before it.
+        let first = self.body.children(id).into_iter().map(|child| self.body.expr(child).first).min();
+        self.body.exprs[id.0 as usize].first = first.unwrap_or(id);
         self.outer.push(span);
         id
     }

@@ -51,6 +51,8 @@ pub struct Expr {
     pub kind: ExprKind,
     /// Where it stands; a loop's span begins at its keyword (after the label).
     pub span: Span,
+    /// The first of the expressions that lie in it, which have the numbers from there up to its own; itself if none does.
+    pub first: ExprId,
 }
 
 /// What an expression is.

@@ -69,16 +69,10 @@ impl Body {
         parents
     }
 
-    /// An expression and all that lie in it, from the outermost inwards.
-    #[must_use]
-    pub fn within(&self, id: ExprId) -> Vec<ExprId> {
-        let mut found = vec![id];
-        let mut at = 0;
-        while let Some(next) = found.get(at) {
-            found.extend(self.children(*next));
-            at += 1;
-        }
-        found
+    /// An expression and all that lie in it, from the outermost inwards and from the last to the first. Their places do not tell: what
+    /// a macro writes stands where the macro is called.
+    pub fn within(&self, id: ExprId) -> impl DoubleEndedIterator<Item = ExprId> + Clone + use<> {
+        (self.expr(id).first.0..=id.0).rev().map(ExprId)
     }
 }
 
