@@ -25,7 +25,8 @@ impl Builder<'_> {
         let body = self.body();
         let span = body.expr(id).span;
         let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
+        // What a macro makes has the place of its call, all of it.
+        for number in (body.first_within(id).0..=id.0).rev() {
             let expr = ExprId(number);
             if !span.contains(body.expr(expr).span) {
                 break;
@@ -33,7 +34,7 @@ impl Builder<'_> {
             if let Some(place) = self.stand_in(expr) {
                 vars.extend(place.base_var());
             } else if let Some(local) = self.typed().expr_local.get(&expr).copied()
-                && !span.contains(self.typed().local(local).span)
+                && (span == self.typed().local(local).span || !span.contains(self.typed().local(local).span))
             {
                 vars.push(self.var_of(local));
             }
@@ -124,7 +125,7 @@ impl Builder<'_> {
         let span = body.expr(id).span;
         let mut computed = Computed::default();
         let mut limits: Vec<Span> = Vec::new();
-        for number in (0..=id.0).rev() {
+        for number in (body.first_within(id).0..=id.0).rev() {
             let expr = ExprId(number);
             let own = body.expr(expr).span;
             if !span.contains(own) {

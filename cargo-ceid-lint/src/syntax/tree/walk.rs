@@ -69,6 +69,13 @@ impl Body {
         parents
     }
 
+    /// The first expression that lies in another one: so do all between the two, for children stand before their parents.
+    #[must_use]
+    pub fn first_within(&self, id: ExprId) -> ExprId {
+        let first = |id: &ExprId| self.children(*id).into_iter().min_by_key(|child| child.0);
+        std::iter::successors(Some(id), first).last().unwrap_or(id)
+    }
+
     /// An expression and all that lie in it, from the outermost inwards.
     #[must_use]
     pub fn within(&self, id: ExprId) -> Vec<ExprId> {
