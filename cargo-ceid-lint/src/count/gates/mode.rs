@@ -14,7 +14,6 @@ use crate::flow::{
     CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test, Var,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
-use crate::syntax::tree::Receiver;
 
 /// A state of the caller's for which a helper pauses, with a reset before it updates again.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,12 +35,13 @@ impl KeptMode {
     }
 }
 
-/// The type of which a function is a method that may change the value.
+/// The type of which a function is a method.
 fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
     let def = index.function(function);
     let Owner::Impl(of) = def.owner else { return None };
     match (&def.function.receiver, &index.impl_def(of).self_ty) {
-        (Some(receiver), Ty::Adt(id, _)) if *receiver != Receiver::Shared => Some(*id),
+        // What lies in a cell is changed through a shared reference as well.
+        (Some(_), Ty::Adt(id, _)) => Some(*id),
         _ => None,
     }
 }
@@ -286,7 +286,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the function of the cycle comes to its end and is called again, so that others may run between two iterations.
-    fn is_run_again(&self) -> bool {
+    pub(super) fn is_run_again(&self) -> bool {
         let graph = self.search.graph;
         let mut around = match self.region {
             Region::Function => None,

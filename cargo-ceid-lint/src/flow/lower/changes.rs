@@ -146,7 +146,8 @@ impl Builder<'_> {
     fn state_named(&mut self, value: ExprId) -> Option<Place> {
         match &self.body().expr(value).kind {
             ExprKind::Field { .. } => self.static_place(value),
-            ExprKind::MethodCall { .. } => self.state_behind(value),
+            ExprKind::MethodCall { .. } => self.state_behind(value).or_else(|| self.state_in_cell(value)),
+            ExprKind::Deref(_) => self.state_in_cell(value),
             _ => None,
         }
     }
@@ -161,7 +162,7 @@ impl Builder<'_> {
     /// The same for what was taken out of a place as a whole: `mem::replace(&mut state, State::Idle)`.
     pub(super) fn note_taken(&mut self, var: Var, value: &Value) {
         let is_state = self.is_state(&self.graph.var(var).ty) && !matches!(self.graph.var(var).ty, Ty::Ref(..));
-        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state && value.same_as.is_none()), &value.place) {
+        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state), &value.place) {
             self.graph.copies.insert(at, place.clone());
         }
     }
