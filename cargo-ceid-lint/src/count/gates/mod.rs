@@ -6,6 +6,7 @@ mod carried;
 mod chosen;
 mod elements;
 mod event;
+mod gathered;
 mod helper;
 mod locked;
 mod mode;

@@ -345,7 +345,7 @@ impl Gates<'_, '_> {
                 }
                 _ => false,
             },
-            _ => self.time_base() != TimeBase::Inside && self.goes_on(way),
+            _ => self.time_base() != TimeBase::Inside && self.goes_on(way) && !self.gathers_step(way),
         }
     }
 
