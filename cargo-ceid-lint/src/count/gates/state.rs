@@ -6,8 +6,8 @@ use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
-    Var,
+    Base, ChangeKind, Computed, Effect, Flag, Head, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection,
+    SubjectId, Test, Transfer, Var,
 };
 use crate::index::Ty;
 
@@ -87,11 +87,21 @@ impl Gates<'_, '_> {
         match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
             TakenBack::Never => Some(Gate::Startup),
             TakenBack::WithReset => Some(Gate::Mode),
+            // Who opens it again resets the filter there.
+            TakenBack::Kept if self.opens_with_reset(id, &self.copied_from(asked), open) => Some(Gate::Mode),
             TakenBack::Kept => {
                 self.modes.borrow_mut().insert((id, None), false);
                 None
             }
         }
+    }
+
+    /// Whether the filter is reset wherever a latch is opened, here or elsewhere.
+    fn opens_with_reset(&self, id: SubjectId, place: &Place, open: u32) -> bool {
+        let subject = &self.search.graph.subjects[id.0 as usize];
+        let opens = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & open != 0);
+        let mut opening = self.assigning(place);
+        opening.all(|node| self.resets_around(node, place, &opens)) && !self.is_resumed_elsewhere(id, open)
     }
 
     /// `if !READY.load(Ordering::Acquire) { continue; }`: a static or field that the whole code raises and never takes back.
@@ -274,6 +284,9 @@ impl Gates<'_, '_> {
             return false;
         };
         let whole = Place::var(var);
+        if let Some(element) = self.element_copied(&whole).filter(|_| place.steps.is_empty()) {
+            return self.is_setting(&element);
+        }
         let is_bound = graph.loops.iter().any(|info| info.bound.contains(&var));
         if is_bound || graph.var(var).param.is_some() || self.is_old_name(&whole) || self.calls_write(place) {
             return false;
