@@ -81,13 +81,11 @@ impl Gates<'_, '_> {
         if !self.outlives(root) {
             return None;
         }
-        let depth = place.steps.len().checked_sub(root.steps.len().checked_sub(owner)?)?;
-        let asked = Place { base: place.base, steps: place.steps[..depth].to_vec() };
-        self.state_of(root.clone(), owner, asked)
+        self.state_of(root.clone(), owner, place)
     }
 
     /// The state at a place, of what its first steps lead to, which is asked by another name.
-    fn state_of(&self, place: Place, owner: usize, asked: Place) -> Option<ElementState> {
+    fn state_of(&self, place: Place, owner: usize, asked: &Place) -> Option<ElementState> {
         let instance = self.search.instance;
         let own = Place { base: place.base, steps: place.steps[..owner].to_vec() };
         let to_state = place.steps[owner..].to_vec();
@@ -95,9 +93,9 @@ impl Gates<'_, '_> {
             let to_filter = instance.steps.get(owner..)?.to_vec();
             return (!to_state.is_empty()).then_some(ElementState { place, to_state, to_filter, filters: None });
         }
-        let each = self.only_collection(instance).filter(|_| self.only_collection(&place) == Some(owner - 1))?;
+        let (each, of_state) = (self.only_collection(instance)?, self.only_collection(&place)?);
         let filters = Place { base: instance.base, steps: instance.steps[..each].to_vec() };
-        let to_filter = instance.steps[each + 1..].to_vec();
+        let (to_state, to_filter) = (place.steps[of_state + 1..].to_vec(), instance.steps[each + 1..].to_vec());
         let state = ElementState { place, to_state, to_filter, filters: Some(filters) };
         self.goes_with_filters(&state, asked).then_some(state)
     }
@@ -116,14 +114,14 @@ impl Gates<'_, '_> {
     ) -> bool {
         let mut changing = self.nodes().filter(|node| !is_left(*node) && self.changes(*node, state));
         changing.all(|node| match &self.search.graph.node(node).effect {
-            Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
-                Some(owner) if state.filters.is_none() || self.is_one_element(&owner, state) => {
-                    !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state, resumes)
+            Effect::Write(write) | Effect::Set(write) => match self.element_of(&write.place, state) {
+                Some(owner) => {
+                    !resumes(write.head.as_ref()) || self.is_reset_beside(node, (&owner, &write.place), state, resumes)
                 }
                 // What gives all elements their states leaves the filters in another collection as they are.
-                _ if state.filters.is_some() => false,
+                None if state.filters.is_some() => false,
                 // The element is another one as a whole.
-                _ => write.transfer != Transfer::Borrow && !self.reaches_into(&write.place, state),
+                None => write.transfer != Transfer::Borrow && !self.reaches_into(&write.place, state),
             },
             Effect::Call(site) => self.call_resets(site, node, state, resumes),
             _ => false,
@@ -171,9 +169,10 @@ impl Gates<'_, '_> {
                 let is_pause = heads.peek().is_some() && heads.all(|head| !resumes(head.as_ref()));
                 is_pause
                     || self.resets_with(summary, given, state, resumes)
-                    || place_of(given, site)
-                        .and_then(|place| owner_of(&place, &state.to_state))
-                        .is_some_and(|owner| self.is_reset_beside(node, &owner, state, resumes))
+                    || place_of(given, site).is_some_and(|place| {
+                        let owner = self.element_of(&place, state);
+                        owner.is_some_and(|owner| self.is_reset_beside(node, (&owner, &place), state, resumes))
+                    })
             })
         })
     }
@@ -206,12 +205,11 @@ impl Gates<'_, '_> {
     fn is_reset_beside(
         &self,
         node: NodeId,
-        owner: &Place,
+        (owner, own): (&Place, &Place),
         state: &ElementState,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
         let graph = self.search.graph;
-        let own = owner.join(&state.to_state);
         let resets = |id: &NodeId| self.resets_at(*id, owner, state);
         // `if on { filter.reset(); } self.on = on;`: what is given is what was asked before.
         let given = graph.copied(node).filter(|from| self.is_given_once(from));
@@ -221,13 +219,13 @@ impl Gates<'_, '_> {
         let behind = |at: NodeId| {
             let next = graph.node(at).next.iter().enumerate();
             let resuming = |(edge, _): &(usize, &NodeId)| {
-                at == node || !gives_pause(at, *edge) && !self.has_head(at, *edge, &own, &pauses)
+                at == node || !gives_pause(at, *edge) && !self.has_head(at, *edge, own, &pauses)
             };
             (!graph.node(at).next.is_empty()).then(|| next.filter(resuming).map(|(_, next)| *next).collect())
         };
         let comes_in_pause = |from: NodeId, at: NodeId| {
             let mut edges = graph.node(from).next.iter().enumerate().filter(|(_, next)| **next == at);
-            edges.any(|(edge, _)| !self.has_head(from, edge, &own, resumes) && !gives_pause(from, edge))
+            edges.any(|(edge, _)| !self.has_head(from, edge, own, resumes) && !gives_pause(from, edge))
         };
         let before = |at: NodeId| {
             let all = Some(self.search.before(at)).filter(|all| !all.is_empty())?;
@@ -294,10 +292,4 @@ impl Gates<'_, '_> {
         };
         self.set_by_others(|set, head| is_like(set) && resumes(head), concerns).next().is_some()
     }
-}
-
-/// The element of which a place is the state.
-fn owner_of(place: &Place, to_state: &[Projection]) -> Option<Place> {
-    let steps = place.steps.strip_suffix(to_state)?.to_vec();
-    Some(Place { base: place.base, steps })
 }

@@ -65,13 +65,14 @@ impl Gates<'_, '_> {
 
     fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
-        let reads = &self.search.graph.subjects[subject.0 as usize].reads;
+        let Subject { reads, whole, .. } = &self.search.graph.subjects[subject.0 as usize];
         if reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
             return false;
         }
         // What the head of a loop binds anew in each round is no state: `for i in 0..n { if i == 2 { continue; } … }`.
         let is_bound = |place: &Place| {
             place.steps.is_empty()
+                && !whole.as_ref().is_some_and(|whole| self.is_in_round(place, whole))
                 && place
                     .base_var()
                     .is_some_and(|var| self.search.graph.loops.iter().any(|info| info.bound.contains(&var)))

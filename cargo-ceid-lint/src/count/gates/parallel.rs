@@ -17,18 +17,16 @@ impl Gates<'_, '_> {
     }
 
     /// Whether each update is one of the filter with the number of the state that is asked in its round.
-    pub(super) fn goes_with_filters(&self, state: &ElementState, asked: Place) -> bool {
+    pub(super) fn goes_with_filters(&self, state: &ElementState, asked: &Place) -> bool {
         let graph = self.search.graph;
         let asking = self.nodes().filter_map(|id| match &graph.node(id).effect {
             Effect::Branch(test) => {
                 let asked = graph.subjects[test.subject?.0 as usize].whole.as_ref()?;
-                let owner = asked.steps.strip_suffix(state.to_state.as_slice())?;
-                (self.search.aliases.roots(asked) == [state.place.clone()])
-                    .then(|| Place { base: asked.base, steps: owner.to_vec() })
+                (self.search.aliases.roots(asked) == [state.place.clone()]).then_some(asked)
             }
             _ => None,
         });
-        let owners: BTreeSet<Place> = asking.chain([asked]).collect();
+        let owners: BTreeSet<Place> = asking.chain([asked]).filter_map(|asked| self.element_of(asked, state)).collect();
         let goes_with = |id: NodeId, place: &Place| {
             !self.is_instance(place)
                 || owners.iter().any(|owner| {
@@ -45,10 +43,25 @@ impl Gates<'_, '_> {
             })
     }
 
-    /// Whether a name is that of one element of the states.
-    pub(super) fn is_one_element(&self, owner: &Place, state: &ElementState) -> bool {
+    /// The element of which a place is the state; by the name of the state, where a loop gives it one of its own.
+    pub(super) fn element_of(&self, place: &Place, state: &ElementState) -> Option<Place> {
+        let owner = place.steps.strip_suffix(state.to_state.as_slice());
+        let owner = owner.map(|steps| Place { base: place.base, steps: steps.to_vec() });
+        if state.filters.is_none() {
+            return owner;
+        }
         let depth = state.place.steps.len() - state.to_state.len();
-        self.search.aliases.roots(owner).iter().all(|root| root.steps.len() == depth)
+        let is_element = |owner: &Place| self.search.aliases.roots(owner).iter().all(|root| root.steps.len() == depth);
+        let by_root = || {
+            let roots = self.search.aliases.roots(place);
+            let [root] = roots.as_slice() else { return None };
+            let whole = Place { base: root.base, steps: root.steps.strip_suffix(state.to_state.as_slice())?.to_vec() };
+            match whole.steps.last().filter(|_| whole.steps.len() == depth)?.key()? {
+                IndexKey::Each => place.steps.is_empty().then(|| place.clone()),
+                _ => Some(whole),
+            }
+        };
+        owner.filter(is_element).or_else(by_root)
     }
 
     /// Whether a place is the filter that goes with an element, or lies between it and that element.
@@ -141,7 +154,9 @@ impl Gates<'_, '_> {
             (Some(key), Some(other)) => is_named(key, other),
             _ => step == other,
         };
-        let is_plain = about.names.is_empty() && !about.is_comparison && !about.is_remainder && !about.is_masked;
+        // The variant that is asked for is a name as well.
+        let calls_nothing = about.names.iter().all(|name| about.heads.contains(name));
+        let is_plain = calls_nothing && !about.is_comparison && !about.is_remainder && !about.is_masked;
         let asked = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
         let is_it = |asked: &Place| {
             asked.base == place.base
@@ -160,6 +175,13 @@ impl Gates<'_, '_> {
             (None, [read]) => is_plain && is_it(read),
             _ => false,
         }
+    }
+
+    /// Whether a name is that of the state of the round's element, or the number of the element.
+    pub(super) fn is_in_round(&self, place: &Place, state: &Place) -> bool {
+        let is_number =
+            |step: &Projection| matches!(step.key(), Some(IndexKey::Var(var)) if Place::var(*var) == *place);
+        self.is_of_element && self.is_state_of_element(state) && (place == state || state.steps.iter().any(is_number))
     }
 
     /// The element of which a variable gets a copy in each round: `for (i, (filter, &is_on)) in …`.
