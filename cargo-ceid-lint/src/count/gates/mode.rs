@@ -394,7 +394,7 @@ impl Gates<'_, '_> {
     fn judge_updating(&self, id: SubjectId) -> Option<u32> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
-        let updates = self.search.updating();
+        let updates = self.updating_by_name();
         let flags = self.flags_of_iteration();
         let all = subject.anything();
         let bits = (0..u32::try_from(subject.heads.len()).unwrap_or(0)).map(|number| 1 << number);

@@ -160,4 +160,17 @@ impl Gates<'_, '_> {
             _ => false,
         }
     }
+
+    /// The nodes that update the filter, without those that update another one with which it changes places: `mem::swap(&mut self.now,
+    /// &mut self.next)`.
+    pub(super) fn updating_by_name(&self) -> Vec<NodeId> {
+        let instance = self.search.instance;
+        let is_other = |id: &NodeId| match &self.search.graph.node(*id).effect {
+            Effect::Update(update) => update.place.base == instance.base && !update.place.overlaps(instance),
+            _ => false,
+        };
+        let all: Vec<NodeId> = self.search.updating().into_iter().collect();
+        let own: Vec<NodeId> = all.iter().copied().filter(|id| !is_other(id)).collect();
+        if own.is_empty() { all } else { own }
+    }
 }
