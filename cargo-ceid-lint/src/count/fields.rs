@@ -99,8 +99,10 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
     let mut fields = Vec::new();
     for (at, step) in place.steps.iter().enumerate().rev() {
         let Projection::Field(name) = step else {
-            // An element is the collection's, and what lies in an element is a value of the element's type, unless that is a tuple.
-            if keys.is_empty() {
+            // An element is the collection's, and what lies in an element is a value of the element's type, unless that is a tuple. An
+            // array has its elements for good.
+            let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+            if keys.is_empty() || matches!(place_ty(index, graph, &collection), Some(Ty::Array(..))) {
                 continue;
             }
             break;

@@ -3,7 +3,7 @@
 use super::counts::Count;
 use super::decide::changes;
 use super::search::{End, Exploration, Search};
-use crate::flow::{Effect, IndexKey, LoopId, Place, Test};
+use crate::flow::{Effect, IndexKey, LoopId, Place, Projection, Test};
 
 /// Why an element is updated in a round: the answers to what was asked of it, and whether the loop itself leaves some out.
 struct Picked<'a> {
@@ -59,7 +59,17 @@ fn picked<'a>(search: &'a Search<'_>, exploration: &Exploration, at: usize) -> O
 fn asks_element(search: &Search<'_>, test: &Test, within: LoopId) -> bool {
     let graph = search.graph;
     let instance = search.instance;
-    let is_beside = |root: &Place| root.base == instance.base && !root.steps.starts_with(&instance.steps);
+    let each = instance.steps.iter().rposition(|step| step.key().is_some());
+    let is_in_element = |root: &Place| {
+        let is_same =
+            |(step, own): (&Projection, &Projection)| step == own || step.key().is_some() && own.key().is_some();
+        each.is_some_and(|at| root.steps.len() > at && root.steps[..=at].iter().zip(&instance.steps).all(is_same))
+    };
+    // What lies in another collection is not followed.
+    let is_beside = |root: &Place| {
+        let is_element = root.steps.iter().any(|step| step.key().is_some());
+        root.base == instance.base && (!is_element || is_in_element(root)) && !root.steps.starts_with(&instance.steps)
+    };
     let is_of_round = |place: &Place| {
         let keys = place.steps.iter().filter_map(|step| match step.key() {
             Some(IndexKey::Var(var)) => Some(*var),

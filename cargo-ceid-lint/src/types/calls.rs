@@ -354,7 +354,7 @@ impl Infer<'_> {
         }
         match path {
             "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
-            "std::mem::replace" | "std::mem::take" => first.peel().clone(),
+            "std::mem::replace" | "std::mem::take" => self.variables.shallow(&first).peel().clone(),
             "std::slice::from_mut" => Ty::Ref(true, Box::new(Ty::Slice(Box::new(first.peel().clone())))),
             "std::array::from_fn" => {
                 let item = self.closure_output(args.first().copied());

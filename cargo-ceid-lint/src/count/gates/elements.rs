@@ -16,9 +16,11 @@ pub(super) struct ElementState {
     /// The state by its own name.
     pub(super) place: Place,
     /// The steps from the element to the state.
-    to_state: Vec<Projection>,
+    pub(super) to_state: Vec<Projection>,
     /// The steps from the element to the filter.
-    to_filter: Vec<Projection>,
+    pub(super) to_filter: Vec<Projection>,
+    /// The collection of the filters, if the states lie in another one: `if on[i] { filters[i].update(x); }`.
+    pub(super) filters: Option<Place>,
 }
 
 impl Gates<'_, '_> {
@@ -79,16 +81,23 @@ impl Gates<'_, '_> {
         if !self.outlives(root) {
             return None;
         }
-        self.state_of(root.clone(), owner)
+        self.state_of(root.clone(), owner, place)
     }
 
-    /// The state at a place, of what its first steps lead to.
-    fn state_of(&self, place: Place, owner: usize) -> Option<ElementState> {
+    /// The state at a place, of what its first steps lead to, which is asked by another name.
+    fn state_of(&self, place: Place, owner: usize, asked: &Place) -> Option<ElementState> {
         let instance = self.search.instance;
         let own = Place { base: place.base, steps: place.steps[..owner].to_vec() };
-        let to_filter = instance.steps.get(owner..).filter(|_| own.overlaps(instance))?.to_vec();
         let to_state = place.steps[owner..].to_vec();
-        (!to_state.is_empty()).then_some(ElementState { place, to_state, to_filter })
+        if own.overlaps(instance) {
+            let to_filter = instance.steps.get(owner..)?.to_vec();
+            return (!to_state.is_empty()).then_some(ElementState { place, to_state, to_filter, filters: None });
+        }
+        let (each, of_state) = (self.only_collection(instance)?, self.only_collection(&place)?);
+        let filters = Place { base: instance.base, steps: instance.steps[..each].to_vec() };
+        let (to_state, to_filter) = (place.steps[of_state + 1..].to_vec(), instance.steps[each + 1..].to_vec());
+        let state = ElementState { place, to_state, to_filter, filters: Some(filters) };
+        self.goes_with_filters(&state, asked).then_some(state)
     }
 
     /// Whether the cycle leaves such a state alone of which a helper has found out that it pauses, but for what resets the filter.
@@ -105,8 +114,12 @@ impl Gates<'_, '_> {
     ) -> bool {
         let mut changing = self.nodes().filter(|node| !is_left(*node) && self.changes(*node, state));
         changing.all(|node| match &self.search.graph.node(node).effect {
-            Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
-                Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state, resumes),
+            Effect::Write(write) | Effect::Set(write) => match self.element_of(&write.place, state) {
+                Some(owner) => {
+                    !resumes(write.head.as_ref()) || self.is_reset_beside(node, (&owner, &write.place), state, resumes)
+                }
+                // What gives all elements their states leaves the filters in another collection as they are.
+                None if state.filters.is_some() => false,
                 // The element is another one as a whole.
                 None => write.transfer != Transfer::Borrow && !self.reaches_into(&write.place, state),
             },
@@ -156,9 +169,10 @@ impl Gates<'_, '_> {
                 let is_pause = heads.peek().is_some() && heads.all(|head| !resumes(head.as_ref()));
                 is_pause
                     || self.resets_with(summary, given, state, resumes)
-                    || place_of(given, site)
-                        .and_then(|place| owner_of(&place, &state.to_state))
-                        .is_some_and(|owner| self.is_reset_beside(node, &owner, state, resumes))
+                    || place_of(given, site).is_some_and(|place| {
+                        let owner = self.element_of(&place, state);
+                        owner.is_some_and(|owner| self.is_reset_beside(node, (&owner, &place), state, resumes))
+                    })
             })
         })
     }
@@ -172,7 +186,13 @@ impl Gates<'_, '_> {
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
         let Some(owner) = set.steps.strip_suffix(state.to_state.as_slice()) else { return false };
-        let filter = [owner, &state.to_filter].concat();
+        let filter = match &state.filters {
+            None => [owner, &state.to_filter].concat(),
+            Some(filters) => {
+                let (Some(whole), Some(key)) = (given(self.search.graph, filters), owner.last()) else { return false };
+                [whole.steps.as_slice(), std::slice::from_ref(key), &state.to_filter].concat()
+            }
+        };
         summary.outcomes(self.search.law).any(|(given, ways)| {
             given.base == set.base
                 && filter.starts_with(&given.steps)
@@ -185,17 +205,27 @@ impl Gates<'_, '_> {
     fn is_reset_beside(
         &self,
         node: NodeId,
-        owner: &Place,
+        (owner, own): (&Place, &Place),
         state: &ElementState,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
         let graph = self.search.graph;
-        let (filter, own) = (owner.join(&state.to_filter), owner.join(&state.to_state));
-        let resets = |id: &NodeId| self.resets_at(*id, &filter, owner);
-        let behind = |at: NodeId| Some(graph.node(at).next.clone()).filter(|next| !next.is_empty());
+        let resets = |id: &NodeId| self.resets_at(*id, owner, state);
+        // `if on { filter.reset(); } self.on = on;`: what is given is what was asked before.
+        let given = graph.copied(node).filter(|from| self.is_given_once(from));
+        let pauses = |head: Option<&Head>| head.is_some_and(|head| !resumes(Some(head)));
+        let gives_pause =
+            |from: NodeId, edge: usize| given.as_ref().is_some_and(|given| self.has_head(from, edge, given, &pauses));
+        let behind = |at: NodeId| {
+            let next = graph.node(at).next.iter().enumerate();
+            let resuming = |(edge, _): &(usize, &NodeId)| {
+                at == node || !gives_pause(at, *edge) && !self.has_head(at, *edge, own, &pauses)
+            };
+            (!graph.node(at).next.is_empty()).then(|| next.filter(resuming).map(|(_, next)| *next).collect())
+        };
         let comes_in_pause = |from: NodeId, at: NodeId| {
             let mut edges = graph.node(from).next.iter().enumerate().filter(|(_, next)| **next == at);
-            edges.any(|(edge, _)| !self.has_head(from, edge, &own, resumes))
+            edges.any(|(edge, _)| !self.has_head(from, edge, own, resumes) && !gives_pause(from, edge))
         };
         let before = |at: NodeId| {
             let all = Some(self.search.before(at)).filter(|all| !all.is_empty())?;
@@ -216,13 +246,9 @@ impl Gates<'_, '_> {
         each_way(&before) || each_way(&behind)
     }
 
-    /// Whether a node resets the filter at a place, by that name.
-    fn resets_at(&self, node: NodeId, filter: &Place, owner: &Place) -> bool {
-        let holds = |place: &Place| {
-            place.base == filter.base
-                && filter.steps.starts_with(&place.steps)
-                && place.steps.len() >= owner.steps.len()
-        };
+    /// Whether a node resets the filter of an element, by the name that goes with that of the element.
+    fn resets_at(&self, node: NodeId, owner: &Place, state: &ElementState) -> bool {
+        let holds = |place: &Place| self.is_filter_of(owner, place, state);
         match &self.search.graph.node(node).effect {
             Effect::Reset { place, full } => *full && holds(place),
             Effect::Write(write) | Effect::Set(write) => write.transfer != Transfer::Borrow && holds(&write.place),
@@ -246,24 +272,24 @@ impl Gates<'_, '_> {
         let Some((asked, filter)) = asked.and_then(|asked| Some((asked, given(graph, instance)?))) else {
             return false;
         };
+        // What has an endless loop of its own lets no other method run between two iterations.
+        if !self.is_run_again() {
+            return false;
+        }
         let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
         let is_alike = |given: &Given, other: &Given| {
             let mut steps = given.steps.iter().zip(&other.steps);
             given.base == other.base
                 && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
         };
-        // An element that is given anew as a whole goes on with no state from before.
-        let is_like = |given: &Given| given.steps.len() > owner && is_alike(given, &asked);
+        // An element that is given anew as a whole goes on with no state from before, unless the filter lies elsewhere.
+        let is_beside = filter.steps.len() < owner
+            || !is_alike(&Given { steps: asked.steps[..owner].to_vec(), ..asked.clone() }, &filter);
+        let is_like = |given: &Given| (is_beside || given.steps.len() > owner) && is_alike(given, &asked);
         let concerns = |summary: &Summary| {
             summary.outcomes(self.search.law).any(|(given, _)| is_alike(given, &filter))
                 || summary.chosen_resets.iter().any(|given| is_alike(given, &filter))
         };
         self.set_by_others(|set, head| is_like(set) && resumes(head), concerns).next().is_some()
     }
-}
-
-/// The element of which a place is the state.
-fn owner_of(place: &Place, to_state: &[Projection]) -> Option<Place> {
-    let steps = place.steps.strip_suffix(to_state)?.to_vec();
-    Some(Place { base: place.base, steps })
 }

@@ -6,11 +6,14 @@ mod carried;
 mod chosen;
 mod elements;
 mod event;
+mod gathered;
 mod helper;
 mod kept;
+mod latch;
 mod locked;
 mod mode;
 mod own;
+mod parallel;
 mod passed;
 mod per_element;
 mod rate;
@@ -43,7 +46,7 @@ use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Projection, SubjectId, Test, Told};
+use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -166,11 +169,9 @@ impl<'s, 'a> Gates<'s, 'a> {
                 .or_else(|| self.of_pause(&way))
                 .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample)),
         };
-        let gate = gate.or_else(|| self.of_element(end, &way));
-        if let Some(gate) = gate
-            && !self.loses_time(gate, &way)
-        {
-            return Some(gate);
+        let waits = gate.filter(|gate| !self.loses_time(*gate, &way)).or_else(|| self.of_element(end, &way));
+        if waits.is_some() {
+            return waits;
         }
         // Another gate that opened on the way is no reason why this one should not stay closed.
         let is_other = gate.is_none_or(|gate| gate == Gate::Time);
@@ -359,7 +360,11 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// The nodes of the region that assign to a place.
     fn assigning<'b>(&'b self, place: &'b Place) -> impl Iterator<Item = NodeId> + 'b {
-        self.assignments().of(place).iter().copied().filter(|id| self.is_inside(*id) && self.assigns(*id, place))
+        self.assignments()
+            .of(place)
+            .iter()
+            .copied()
+            .filter(|id| self.is_inside(*id) && self.assigns(*id, place) && !self.names_element(*id))
     }
 
     /// From which nodes an update can still be reached in the iteration.
@@ -482,15 +487,6 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn behind(&self, test: &Test) -> Sources {
         let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
         self.assignments().behind(&asked)
-    }
-
-    /// The last name of a place.
-    fn last_name(&self, place: &Place) -> String {
-        match place.steps.last() {
-            Some(Projection::Field(name)) => name.to_string(),
-            Some(Projection::Index(_) | Projection::Channel(_)) => String::new(),
-            None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
-        }
     }
 
     fn ty(&self, place: &Place) -> Option<crate::index::Ty> {

@@ -14,14 +14,14 @@ use crate::flow::{
     CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test, Var,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
-use crate::syntax::tree::Receiver;
 
-/// The type of which a function is a method that may change the value.
+/// The type of which a function is a method.
 fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
     let def = index.function(function);
     let Owner::Impl(of) = def.owner else { return None };
     match (&def.function.receiver, &index.impl_def(of).self_ty) {
-        (Some(receiver), Ty::Adt(id, _)) if *receiver != Receiver::Shared => Some(*id),
+        // What lies in a cell is changed through a shared reference as well.
+        (Some(_), Ty::Adt(id, _)) => Some(*id),
         _ => None,
     }
 }
@@ -45,13 +45,14 @@ impl Gates<'_, '_> {
 
     fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
-        let reads = &self.search.graph.subjects[subject.0 as usize].reads;
+        let Subject { reads, whole, .. } = &self.search.graph.subjects[subject.0 as usize];
         if reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
             return false;
         }
         // What the head of a loop binds anew in each round is no state: `for i in 0..n { if i == 2 { continue; } … }`.
         let is_bound = |place: &Place| {
             place.steps.is_empty()
+                && !whole.as_ref().is_some_and(|whole| self.is_in_round(place, whole))
                 && place
                     .base_var()
                     .is_some_and(|var| self.search.graph.loops.iter().any(|info| info.bound.contains(&var)))
@@ -222,7 +223,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the function of the cycle comes to its end and is called again, so that others may run between two iterations.
-    fn is_run_again(&self) -> bool {
+    pub(super) fn is_run_again(&self) -> bool {
         let graph = self.search.graph;
         let mut around = match self.region {
             Region::Function => None,
@@ -322,7 +323,7 @@ impl Gates<'_, '_> {
     fn judge_updating(&self, id: SubjectId) -> Option<u32> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
-        let updates = self.search.updating();
+        let updates = self.updating_by_name();
         let flags = self.flags_of_iteration();
         let all = subject.anything();
         let bits = (0..u32::try_from(subject.heads.len()).unwrap_or(0)).map(|number| 1 << number);

@@ -39,6 +39,7 @@ impl Gates<'_, '_> {
             || own.is_measured(&round) && whole().is_some_and(|element| !self.is_written_beside(&own, &element));
         // What a helper finds as it is may be changed by its caller, who is not asked for elements.
         gate.filter(|gate| !self.is_helper || matches!(gate, Gate::Rate | Gate::Time))
+            .filter(|gate| !own.loses_time(*gate, &round))
             .or_else(|| is_measured().then_some(Gate::Measured))
     }
 
@@ -74,7 +75,10 @@ impl Gates<'_, '_> {
             |place: &Place| if gate == Gate::Time { own.is_setting(place) } else { self.is_setting(place) };
         // Of `bank[i].is_on` the bank is noted as well, and the number.
         let is_bound = |place: &Place| place.base_var().is_some_and(|var| own.binds(var));
-        let is_number = |place: &Place| place.steps.is_empty() && is_bound(place) && self.ty(place) == Some(Ty::Int);
+        let is_number = |place: &Place| {
+            let is_plain = place.steps.is_empty() && is_bound(place) && self.ty(place) == Some(Ty::Int);
+            is_plain && !own.is_state_of_element(place)
+        };
         let reads: Vec<&Place> = named(reads).into_iter().filter(|place| !is_number(place)).collect();
         reads.iter().any(|place| is_state(place)) && reads.into_iter().all(|place| is_state(place) || is_setting(place))
     }
@@ -129,5 +133,28 @@ impl Gates<'_, '_> {
             info.bound.iter().any(is_named_after) && !roots.is_empty() && roots.iter().all(is_element)
         };
         info.items.iter().any(|(item, _)| is_named_after(item)) || is_part()
+    }
+
+    /// Whether a node gives the element of the round its name, and no value: `for (filter, count) in filters.iter_mut().zip(&mut counts)`.
+    pub(super) fn names_element(&self, id: NodeId) -> bool {
+        let graph = self.search.graph;
+        let var = match &graph.node(id).effect {
+            Effect::Set(set) if set.rebinds && set.from.is_some() && set.place.steps.is_empty() => set.place.base_var(),
+            _ => None,
+        };
+        self.is_of_element && var.is_some_and(|var| self.binds(var) && matches!(graph.var(var).ty, Ty::Ref(..)))
+    }
+
+    /// The last name of a place.
+    pub(super) fn last_name(&self, place: &Place) -> String {
+        match place.steps.last() {
+            Some(Projection::Field(name)) => name.to_string(),
+            // Of `last[i]`, the collection has the name.
+            Some(Projection::Index(_)) => {
+                self.last_name(&Place { base: place.base, steps: place.steps[..place.steps.len() - 1].to_vec() })
+            }
+            Some(Projection::Channel(_)) => String::new(),
+            None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
+        }
     }
 }

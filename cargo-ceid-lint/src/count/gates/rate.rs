@@ -205,7 +205,7 @@ impl Gates<'_, '_> {
         let is_number = self.is_number(place);
         for id in self.nodes() {
             match &self.search.graph.node(id).effect {
-                Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place && !self.names_element(id) => {
                     changes = true;
                     match self.change(id) {
                         None if write.head.is_some() => steps.set_back = true,

@@ -32,8 +32,8 @@ pub(in crate::count) fn set_without_reset(search: &Search<'_>, ways: &[Outcome])
     let mut found = Vec::new();
     for (node, set) in setting.take(MAX_SETTING) {
         for (place, head) in set {
-            if !gates.resets_around(node, &place, &|own| own == head.as_ref()) {
-                let roots = search.aliases.shared_roots(&place);
+            let roots = search.aliases.shared_roots(&place);
+            for head in gates.heads_without_reset(node, &place, head) {
                 found.extend(roots.iter().filter_map(|root| Some((given(graph, root)?, head.clone()))));
             }
         }
@@ -47,9 +47,43 @@ pub(super) fn resets_with(summary: &Summary, set: &Given, filter: &Given, of: &d
 }
 
 impl Gates<'_, '_> {
+    /// The heads that a node gives a place, without a reset of the filter around it: those of the value that it copies, if that is asked.
+    fn heads_without_reset(&self, at: NodeId, place: &Place, head: Option<Head>) -> Vec<Option<Head>> {
+        let graph = self.search.graph;
+        let copied = graph.copied(at).filter(|from| head.is_none() && self.is_given_once(from));
+        let Some(id) = copied.and_then(|from| graph.subject_of(&from)) else {
+            let is_reset = self.resets_around(at, place, &|own| own == head.as_ref());
+            return if is_reset { Vec::new() } else { vec![head] };
+        };
+        let subject = &graph.subjects[id.0 as usize];
+        let heads = subject.heads.iter().cloned().map(Some).chain([None]);
+        let bit = |head: &Option<Head>| head.as_ref().map_or(OTHER_HEADS, |head| subject.bit(head));
+        let is_unreset = |head: &Option<Head>| {
+            let follows = |node: NodeId, edge: usize| match &graph.node(node).effect {
+                Effect::Branch(test) if test.subject == Some(id) => {
+                    (if edge == 0 { test.holds } else { test.fails }) & bit(head) != 0
+                }
+                _ => true,
+            };
+            !self.resets_around_on(at, place, &|own| own == head.as_ref(), &follows)
+        };
+        heads.filter(|head| subject.anything() & bit(head) != 0 && is_unreset(head)).collect()
+    }
+
     /// Whether each iteration that comes by a node resets the filter there, before or behind it, unless it gives a place the head that
     /// it has. A call may do so itself wherever it gives the place a head of which the question holds.
     pub(super) fn resets_around(&self, at: NodeId, place: &Place, of: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        self.resets_around_on(at, place, of, &|_, _| true)
+    }
+
+    /// The same on the ways that take certain edges.
+    fn resets_around_on(
+        &self,
+        at: NodeId,
+        place: &Place,
+        of: &dyn Fn(Option<&Head>) -> bool,
+        follows: &dyn Fn(NodeId, usize) -> bool,
+    ) -> bool {
         let graph = self.search.graph;
         let does_both = |site: &CallSite| {
             site.targets.iter().all(|target| {
@@ -60,8 +94,9 @@ impl Gates<'_, '_> {
         let is_free = |node: NodeId| !self.resets(node);
         matches!(&graph.node(at).effect, Effect::Call(site) if does_both(site))
             || !is_free(at)
-            || !self.reached(|node, edge| is_free(node) && !self.has_head(node, edge, place, of))[at.0 as usize]
-            || !self.completes(at, |node, _| is_free(node))
+            || !self.reached(|node, edge| is_free(node) && follows(node, edge) && !self.has_head(node, edge, place, of))
+                [at.0 as usize]
+            || !self.completes(at, |node, edge| is_free(node) && follows(node, edge))
     }
 
     /// Whether the state at a place is known at an edge to have a head of which the question holds: what gives it that one again ends no
@@ -79,7 +114,7 @@ impl Gates<'_, '_> {
             let subject = &graph.subjects[id.0 as usize];
             let heads = if edge == 0 { test.holds } else { test.fails } & subject.anything();
             let mut had = subject.heads.iter().filter(|head| subject.bit(head) & heads != 0).peekable();
-            let is_asked = subject.whole.as_ref() == Some(place) && heads & OTHER_HEADS == 0;
+            let is_asked = heads & OTHER_HEADS == 0 && self.asks_place(test, place);
             is_asked && had.peek().is_some() && had.all(|head| of(Some(head)))
         })
     }
@@ -124,5 +159,18 @@ impl Gates<'_, '_> {
             }
             _ => false,
         }
+    }
+
+    /// The nodes that update the filter, without those that update another one with which it changes places: `mem::swap(&mut self.now,
+    /// &mut self.next)`.
+    pub(super) fn updating_by_name(&self) -> Vec<NodeId> {
+        let instance = self.search.instance;
+        let is_other = |id: &NodeId| match &self.search.graph.node(*id).effect {
+            Effect::Update(update) => update.place.base == instance.base && !update.place.overlaps(instance),
+            _ => false,
+        };
+        let all: Vec<NodeId> = self.search.updating().into_iter().collect();
+        let own: Vec<NodeId> = all.iter().copied().filter(|id| !is_other(id)).collect();
+        if own.is_empty() { all } else { own }
     }
 }

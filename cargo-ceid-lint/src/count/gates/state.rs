@@ -1,13 +1,11 @@
 //! Conditions that change once or never: latches and settings.
 
-use super::passed::TakenBack;
 use super::{Gates, Way, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
-use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection,
-    Test, Transfer, Var,
+    Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
+    Var,
 };
 use crate::index::Ty;
 
@@ -37,44 +35,6 @@ fn is_pure(name: &str) -> bool {
 }
 
 impl Gates<'_, '_> {
-    /// A truth value or option that is set once and never taken back.
-    pub(super) fn is_latch(&self, test: &Test, at: NodeId, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let [asked] = test.about.reads.as_slice() else { return false };
-        let place = &self.copied_from(asked);
-        if !self.outlives(place) {
-            return false;
-        }
-        let mut heads: Vec<&str> = Vec::new();
-        let mut computed: Vec<NodeId> = Vec::new();
-        let replaces_owner = |write: &Assignment| {
-            !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
-        };
-        for id in self.nodes() {
-            let effect = &graph.node(id).effect;
-            if let Effect::Write(write) | Effect::Set(write) = effect
-                && (write.place == *place
-                    || self.renews(id, place)
-                    || matches!(effect, Effect::Write(_)) && replaces_owner(write))
-            {
-                match &write.head {
-                    Some(head) => heads.push(head),
-                    None => computed.push(id),
-                }
-            }
-        }
-        // What is set opens the way to the update; a latch that closes it for good is no start-up.
-        let opens = self.heads_past(test, at, way);
-        let is_opened = match (heads.first(), opens.as_slice()) {
-            (Some(first), _) => heads.iter().all(|head| head == first) && opens.iter().any(|head| head == first),
-            (None, [_]) => !computed.is_empty(),
-            (None, _) => false,
-        };
-        is_opened
-            && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
-            && !self.calls_write(place)
-    }
-
     /// Whether a condition is closed at first and open from then on, other than by a latch.
     pub(super) fn is_start(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         self.passes_through(way)
@@ -82,22 +42,6 @@ impl Gates<'_, '_> {
             || self.is_raised_flag(test, at)
             || self.is_first(test)
             || self.is_warm_up(test, at, way)
-    }
-
-    /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.
-    pub(super) fn of_latch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
-        let graph = self.search.graph;
-        let (Some(id), [asked]) = (test.subject, test.about.reads.as_slice()) else { return Some(Gate::Startup) };
-        let subject = &graph.subjects[id.0 as usize];
-        let open = self.heads_past(test, at, way).iter().fold(0, |open, head| open | subject.bit(head));
-        match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
-            TakenBack::Never => Some(Gate::Startup),
-            TakenBack::WithReset => Some(Gate::Mode),
-            TakenBack::Kept => {
-                self.modes.borrow_mut().insert((id, None), false);
-                None
-            }
-        }
     }
 
     /// `if !READY.load(Ordering::Acquire) { continue; }`: a static or field that the whole code raises and never takes back.
@@ -167,7 +111,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether an iteration comes to one of the nodes where the state that a test asks for has a head from the beginning.
-    fn reaches_with(&self, test: &Test, head: &str, nodes: &[NodeId]) -> bool {
+    pub(super) fn reaches_with(&self, test: &Test, head: &str, nodes: &[NodeId]) -> bool {
         let graph = self.search.graph;
         let Some(id) = test.subject else { return true };
         let bit = graph.subjects[id.0 as usize].bit(head);
@@ -201,7 +145,7 @@ impl Gates<'_, '_> {
     }
 
     /// The same, where an answer that is kept for later is asked: the update is then behind what a way does not find.
-    fn heads_past(&self, test: &Test, at: NodeId, way: &Way) -> Vec<String> {
+    pub(super) fn heads_past(&self, test: &Test, at: NodeId, way: &Way) -> Vec<String> {
         let graph = self.search.graph;
         let next = &graph.node(at).next;
         if way.at == at || !next.iter().all(|next| self.reach()[next.0 as usize]) {
@@ -280,6 +224,9 @@ impl Gates<'_, '_> {
             return false;
         };
         let whole = Place::var(var);
+        if let Some(element) = self.element_copied(&whole).filter(|_| place.steps.is_empty()) {
+            return self.is_setting(&element);
+        }
         let is_bound = graph.loops.iter().any(|info| info.bound.contains(&var));
         if is_bound || graph.var(var).param.is_some() || self.is_old_name(&whole) || self.calls_write(place) {
             return false;

@@ -94,6 +94,7 @@ impl Gates<'_, '_> {
         match self.time_base() {
             TimeBase::Inside => return true,
             TimeBase::Fixed => return false,
+            TimeBase::Passed if self.gathers_step(way) => return true,
             TimeBase::Passed => {}
         }
         let step = self.step();
@@ -174,7 +175,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether an argument of a call is the time step.
-    fn takes_step(&self, site: &CallSite, number: usize) -> bool {
+    pub(super) fn takes_step(&self, site: &CallSite, number: usize) -> bool {
         let index = self.search.program.index;
         site.targets.iter().any(|target| {
             let function = &index.function(*target).function;

@@ -365,7 +365,7 @@ impl Gates<'_, '_> {
                 _ => false,
             },
             Gate::Event if self.brings_sample(way) => false,
-            _ => self.time_base() != TimeBase::Inside && self.goes_on(way),
+            _ => self.time_base() != TimeBase::Inside && self.goes_on(way) && !self.gathers_step(way),
         }
     }
 

@@ -87,8 +87,10 @@ impl Builder<'_> {
         }
         let is_in_place = matches!(method, "reverse" | "fill" | "swap" | "rotate_left" | "rotate_right" | "sort")
             || method.starts_with("sort_");
+        let is_shared = super::flags::is_flag(self.ty(receiver)) || super::flags::is_shared_number(self.ty(receiver));
         if is_in_place
             && self.at.is_some()
+            && !is_shared
             && !self.program.index.holds_filter(self.ty(receiver))
             && let Some(place) = self.static_place(receiver)
         {

@@ -170,6 +170,7 @@ impl Builder<'_> {
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);
+                self.note_put_in_cell(&given, args[0]);
                 Value::default()
             }
             "clear" | "fill" if self.makes_anew(receiver, method) => {
@@ -381,8 +382,8 @@ impl Builder<'_> {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
     }
 
-    fn is_cell(&self, id: ExprId) -> bool {
-        matches!(self.ty(id).peel().external_name(), Some("Cell"))
+    pub(super) fn is_cell(&self, id: ExprId) -> bool {
+        matches!(self.ty(id).peel().external_name(), Some("Cell" | "RefCell"))
             || matches!(self.ty(id).peel(), Ty::External(path, args)
                 if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
     }

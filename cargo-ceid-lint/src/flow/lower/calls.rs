@@ -101,6 +101,7 @@ impl Builder<'_> {
             && !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
             && !self.may_hold_filter(self.ty(receiver))
             && !super::flags::is_flag(self.ty(receiver))
+            && (method != "replace" || !self.is_cell(receiver))
         {
             // What is put in was noted.
             let is_filled = method.starts_with("get_or_insert") && self.is_optional(receiver) && value.place.is_some();

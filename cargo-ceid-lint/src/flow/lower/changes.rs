@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, Value};
-use crate::flow::{Change, ChangeKind, Effect, Place, Var};
+use crate::flow::{Change, ChangeKind, Effect, NodeId, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatKind};
@@ -132,9 +132,14 @@ impl Builder<'_> {
 
     /// Notes that the last node gives a copy of what a place holds: `let state = self.state`.
     pub(super) fn note_copy(&mut self, value: ExprId) {
+        // A number is a state where it is asked which one it is, as is found out at the end.
+        let is_number = |this: &Self, at: NodeId| {
+            *this.ty(value) == Ty::Int
+                && matches!(&this.graph.node(at).effect, Effect::Set(set) if set.same_as.is_none())
+        };
         if let Some(at) = self.at
             && matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_))
-            && (self.is_state(self.ty(value)) || self.is_plain_option(self.ty(value)))
+            && (self.is_state(self.ty(value)) || self.is_plain_option(self.ty(value)) || is_number(self, at))
             && !matches!(self.ty(value), Ty::Ref(..))
             && let Some(place) = self.state_named(value)
         {
@@ -146,7 +151,8 @@ impl Builder<'_> {
     fn state_named(&mut self, value: ExprId) -> Option<Place> {
         match &self.body().expr(value).kind {
             ExprKind::Field { .. } => self.static_place(value),
-            ExprKind::MethodCall { .. } => self.state_behind(value),
+            ExprKind::MethodCall { .. } => self.state_behind(value).or_else(|| self.state_in_cell(value)),
+            ExprKind::Deref(_) => self.state_in_cell(value),
             _ => None,
         }
     }
@@ -161,7 +167,7 @@ impl Builder<'_> {
     /// The same for what was taken out of a place as a whole: `mem::replace(&mut state, State::Idle)`.
     pub(super) fn note_taken(&mut self, var: Var, value: &Value) {
         let is_state = self.is_state(&self.graph.var(var).ty) && !matches!(self.graph.var(var).ty, Ty::Ref(..));
-        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state && value.same_as.is_none()), &value.place) {
+        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state), &value.place) {
             self.graph.copies.insert(at, place.clone());
         }
     }

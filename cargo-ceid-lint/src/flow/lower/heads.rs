@@ -1,11 +1,13 @@
 //! Subjects whose values come together, as by copies and comparisons: each tells the heads apart that the other one does.
 
 use super::{Builder, subjects};
-use crate::flow::{Effect, Head, Place, SubjectId};
+use crate::flow::{Effect, Head, NodeId, Place, SubjectId};
+use crate::index::Ty;
 
 impl Builder<'_> {
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
     pub(super) fn copy_subjects(&mut self) {
+        self.drop_counts();
         let copies: Vec<(Place, Place)> = self
             .graph
             .node_ids()
@@ -30,6 +32,22 @@ impl Builder<'_> {
             if !changed {
                 break;
             }
+        }
+    }
+
+    /// Forgets the copies of numbers that nothing asks which ones they are.
+    fn drop_counts(&mut self) {
+        let is_count = |id: &NodeId| match &self.graph.node(*id).effect {
+            Effect::Set(set) => {
+                let is_number = set.place.base_var().is_some_and(|var| self.graph.var(var).ty == Ty::Int);
+                let asked = self.subjects.get(&subjects::place_key(&set.place));
+                is_number && asked.is_none_or(|id| self.graph.subjects[id.0 as usize].heads.is_empty())
+            }
+            _ => false,
+        };
+        let counts: Vec<NodeId> = self.graph.copies.keys().filter(|id| is_count(id)).copied().collect();
+        for id in counts {
+            self.graph.copies.remove(&id);
         }
     }
 

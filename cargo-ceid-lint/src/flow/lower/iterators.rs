@@ -3,7 +3,9 @@
 use super::carried::State;
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var};
+use crate::flow::{
+    Cause, Computed, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var,
+};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -292,6 +294,7 @@ impl Builder<'_> {
     }
 
     fn zip(&mut self, first: ExprId, second: Option<ExprId>) -> Source {
+        let begun = self.graph.nodes.len();
         let source = self.source(first);
         let other = second.map_or_else(Source::bounded, |second| self.source(second));
         let rounds = match (&source.rounds, &other.rounds) {
@@ -313,9 +316,52 @@ impl Builder<'_> {
         });
         let passes_over = source.passes() || other.passes();
         let is_shared = source.is_shared && other.is_shared;
+        let source = if other.item.has_lent() { self.beside(source, first, begun) } else { source };
+        let other = match second {
+            Some(second) if source.item.has_lent() => self.beside(other, second, begun),
+            _ => other,
+        };
         let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
         Source { item, rounds, passes_over, in_order, counts_down, is_shared, limits, ..Source::bounded() }
+    }
+
+    /// An iterator whose items go along with filters: each is a state of one of these, if it is no sample.
+    fn beside(&mut self, source: Source, id: ExprId, begun: usize) -> Source {
+        let of_iterator = match self.ty(id) {
+            Ty::External(_, args) if self.iterates(self.ty(id)) => args.first().cloned(),
+            ty => match ty.peel() {
+                Ty::Array(element, _) | Ty::Slice(element) => Some(match ty {
+                    Ty::Ref(is_exclusive, _) => Ty::Ref(*is_exclusive, element.clone()),
+                    _ => Ty::clone(element),
+                }),
+                Ty::External(_, args) => args.first().cloned(),
+                _ => None,
+            },
+        };
+        let is_state = of_iterator.is_some_and(|ty| match ty.peel() {
+            Ty::Bool | Ty::Adt(..) => true,
+            Ty::Int => matches!(ty, Ty::Ref(true, _)),
+            _ => false,
+        });
+        let is_received = |computed: &Computed| computed.calls.iter().any(|call| call == "recv");
+        let is_plain = match &source.item {
+            Item::Opaque => true,
+            Item::Drawn(_, computed) => !is_received(computed),
+            _ => false,
+        };
+        match &source.over {
+            Some(over) if is_state && is_plain && source.in_order && source.stages.is_empty() => {
+                // What is lent there is written by the names of the elements.
+                for node in &mut self.graph.nodes[begun..] {
+                    if matches!(&node.effect, Effect::Write(write) if write.place == *over && write.from.is_none()) {
+                        node.effect = Effect::Nothing;
+                    }
+                }
+                Source { item: Item::Beside(over.clone(), Box::new(source.item)), ..source }
+            }
+            _ => source,
+        }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -424,8 +470,10 @@ impl Builder<'_> {
             }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
+                let begun = self.graph.nodes.len();
                 let mut source = self.source(receiver).uncounted();
                 if source.stages.is_empty() {
+                    source = self.beside(source, receiver, begun);
                     source.item = Item::Tuple(vec![Item::Counter(Some(0)), source.item]);
                 } else {
                     source.stages.push(Stage::Number);
@@ -1056,7 +1104,19 @@ impl Builder<'_> {
                 let info = &mut self.graph.loops[id.0 as usize];
                 info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
+                if let Item::OneOf(items) = item {
+                    for item in items {
+                        self.name_beside(var, item, span);
+                    }
+                }
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
+            }
+            Item::Beside(_, drawn) => {
+                let value = self.item_value(id, drawn, reads, span);
+                if let Some(var) = value.place.as_ref().and_then(Place::base_var) {
+                    self.name_beside(var, item, span);
+                }
+                Value { is_owned: false, ..value }
             }
             Item::Present(inner) => {
                 let value = self.item_value(id, inner, reads, span);
@@ -1098,6 +1158,14 @@ impl Builder<'_> {
                 self.graph.derived.extend(var.iter().flat_map(|var| reads.iter().map(|read| (*var, *read))));
                 whole
             }
+        }
+    }
+
+    /// Gives an element that lies beside a filter its name in the round.
+    fn name_beside(&mut self, var: Var, item: &Item, span: Span) {
+        if let Item::Beside(place, _) = item {
+            let element = Value { place: Some(place.element(IndexKey::Each)), ..Value::default() };
+            self.set(var, &element, span);
         }
     }
 

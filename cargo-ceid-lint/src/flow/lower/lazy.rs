@@ -246,7 +246,9 @@ impl Builder<'_> {
 /// The places whose elements an iterator gives, and the closures that make something of them.
 fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::ClosureRef>) {
     match item {
-        Item::Element(place) | Item::Chunk(place) | Item::Same(place) => found.push(place.clone()),
+        Item::Element(place) | Item::Chunk(place) | Item::Same(place) | Item::Beside(place, _) => {
+            found.push(place.clone());
+        }
         Item::Tuple(items) | Item::OneOf(items) => {
             for item in items {
                 lent_places(item, found, closures);

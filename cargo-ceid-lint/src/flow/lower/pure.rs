@@ -41,6 +41,13 @@ impl Builder<'_> {
                 }
                 Some(found)
             }
+            ExprKind::Deref(inner) if let Some(place) = self.state_in_cell(id) => {
+                if self.names_inner(*inner) {
+                    None
+                } else {
+                    Some(pure_place(place))
+                }
+            }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
             ExprKind::Cast { value, .. } if self.keeps_value(id) => self.pure(*value),
             // Another value, which is the same as long as that one is.
@@ -84,7 +91,7 @@ impl Builder<'_> {
             }
             ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
                 if !self.names_inner(*receiver)
-                    && let Some(place) = self.state_behind(id)
+                    && let Some(place) = self.state_behind(id).or_else(|| self.state_in_cell(id))
                 {
                     return Some(pure_place(place));
                 }
@@ -176,6 +183,9 @@ impl Builder<'_> {
     /// A field of what a cell holds: `self.state.borrow().mode`.
     fn pure_borrowed(&mut self, id: ExprId) -> Option<Pure> {
         let ExprKind::Field { base, name } = &self.body().expr(id).kind else { return None };
+        if let Some(place) = self.borrowed_cell(*base) {
+            return Some(pure_place(place.field(name)));
+        }
         let is_borrowed =
             matches!(&self.body().expr(*base).kind, ExprKind::MethodCall { method, .. } if method == "borrow");
         Some(self.pure(*base).filter(|_| is_borrowed)?.part(name))

@@ -15,6 +15,8 @@ pub(super) enum Item {
     Staged(Box<Self>, Vec<Stage>),
     /// An element of a collection.
     Element(Place),
+    /// An element of a collection without filters, which goes along with one of a collection of filters.
+    Beside(Place, Box<Self>),
     /// A part of a collection: the element is in exactly one of them.
     Chunk(Place),
     /// The number of the round, from a first value that may be known.
@@ -40,7 +42,7 @@ impl Item {
             Self::Same(place) => found.push(place.clone()),
             Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
             Self::Staged(item, _) | Self::Present(item) => item.lends(found),
-            Self::Opaque | Self::Drawn(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
+            Self::Opaque | Self::Drawn(..) | Self::Beside(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
         }
     }
 
@@ -96,6 +98,7 @@ impl Item {
         match self {
             Self::Element(place) => Some(Self::Element(place.slice(section.clone()))),
             Self::Counter(Some(first)) if section.is_exact => Some(Self::Counter(Some(first + section.from))),
+            Self::Beside(place, item) => Some(Self::Beside(place.slice(section.clone()), item.clone())),
             Self::Counter(_) => Some(Self::Opaque),
             Self::Tuple(items) => Some(Self::Tuple(items.iter().map(|item| item.cut(section)).collect::<Option<_>>()?)),
             Self::Opaque | Self::Drawn(..) => Some(self.clone()),

@@ -12,20 +12,27 @@ impl Builder<'_> {
     pub(super) fn int_of(&self, id: ExprId) -> Option<String> {
         match &self.body().expr(id).kind {
             ExprKind::Deref(inner) => self.int_of(*inner),
-            ExprKind::Field { base, name } => {
-                let Ty::Adt(owner, _) = self.ty(*base).peel() else { return None };
-                let Shape::Struct(fields) = &self.program.index.type_def(*owner).shape else { return None };
-                fields
-                    .fields
-                    .iter()
-                    .find(|field| field.name == *name)
-                    .and_then(|field| int_named(&field.ty))
-                    .map(str::to_owned)
-            }
+            ExprKind::Field { .. } | ExprKind::Index { .. } => int_named(self.written_type(id)?).map(str::to_owned),
             ExprKind::Path(_) => {
                 let local = self.typed().expr_local.get(&id)?;
                 self.frames[self.frame].ints.get_or_init(|| self.declared_ints()).get(local).cloned()
             }
+            _ => None,
+        }
+    }
+
+    /// The type that a field was declared with, or the elements of an array that is one.
+    fn written_type(&self, id: ExprId) -> Option<&TypeRef> {
+        match &self.body().expr(id).kind {
+            ExprKind::Field { base, name } => {
+                let Ty::Adt(owner, _) = self.ty(*base).peel() else { return None };
+                let Shape::Struct(fields) = &self.program.index.type_def(*owner).shape else { return None };
+                fields.fields.iter().find(|field| field.name == *name).map(|field| &field.ty)
+            }
+            ExprKind::Index { base, .. } => match self.written_type(*base)? {
+                TypeRef::Array(element, _) | TypeRef::Slice(element) => Some(&**element),
+                _ => None,
+            },
             _ => None,
         }
     }

@@ -1,8 +1,10 @@
 //! Flags and counters that are shared with interrupts and other threads: `AtomicBool`, `Cell<bool>`, `AtomicU32`, `Cell<u32>`.
 
+mod cells;
+
 use super::parts::given_to;
 use super::{Builder, Value};
-use crate::flow::{Assignment, Change, ChangeKind, Effect, Head};
+use crate::flow::{Assignment, Change, ChangeKind, Effect, Head, Place};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -83,10 +85,13 @@ impl Builder<'_> {
             return None;
         }
         let place = value.place.clone()?;
-        self.values(args);
+        let values = self.values(args);
         if reads {
             return Some(Value::default());
         }
+        let is_taken = matches!(method, "swap" | "replace" | "take") && self.at.is_some();
+        let taken = (is_taken && (self.is_cell(receiver) || self.is_exclusive(receiver)))
+            .then(|| self.taken_from_cell(&place, Ty::Bool, span));
         let given = |at: usize| args.get(at).and_then(|arg| self.constant_head(*arg));
         let head: Option<Head> = match method {
             "store" | "set" | "swap" | "replace" => given(0),
@@ -98,8 +103,12 @@ impl Builder<'_> {
         if self.at.is_some() {
             let assignment = Assignment { rebinds: false, ..given_to(place, head) };
             self.emit(Effect::Write(Box::new(assignment)), span);
+            if let (Some(value), [arg, ..], "store" | "set" | "swap" | "replace") = (values.first(), args, method) {
+                self.note_put_in_cell(value, *arg);
+            }
         }
-        Some(Value::default())
+        let old = |var| Value { place: Some(Place::var(var)), is_owned: true, same_as: Some(var), ..Value::default() };
+        Some(taken.map_or_else(Value::default, old))
     }
 
     /// A method that changes a shared number: an assignment, which may count.

@@ -1,0 +1,72 @@
+//! Latches: what is set once and opens the way to the update from then on.
+
+use super::passed::TakenBack;
+use super::{Gates, Way};
+use crate::count::verdict::Gate;
+use crate::flow::{Assignment, Effect, Head, NodeId, Place, SubjectId, Test};
+
+impl Gates<'_, '_> {
+    /// A truth value or option that is set once and never taken back.
+    pub(super) fn is_latch(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let [asked] = test.about.reads.as_slice() else { return false };
+        let place = &self.copied_from(asked);
+        if !self.outlives(place) {
+            return false;
+        }
+        let mut heads: Vec<&str> = Vec::new();
+        let mut computed: Vec<NodeId> = Vec::new();
+        let replaces_owner = |write: &Assignment| {
+            !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
+        };
+        for id in self.nodes() {
+            let effect = &graph.node(id).effect;
+            if let Effect::Write(write) | Effect::Set(write) = effect
+                && (write.place == *place
+                    || self.renews(id, place)
+                    || matches!(effect, Effect::Write(_)) && replaces_owner(write))
+            {
+                match &write.head {
+                    Some(head) => heads.push(head),
+                    None => computed.push(id),
+                }
+            }
+        }
+        // What is set opens the way to the update; a latch that closes it for good is no start-up.
+        let opens = self.heads_past(test, at, way);
+        let is_opened = match (heads.first(), opens.as_slice()) {
+            (Some(first), _) => heads.iter().all(|head| head == first) && opens.iter().any(|head| head == first),
+            (None, [_]) => !computed.is_empty(),
+            (None, _) => false,
+        };
+        is_opened
+            && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
+            && !self.calls_write(place)
+    }
+
+    /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.
+    pub(super) fn of_latch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        let graph = self.search.graph;
+        let (Some(id), [asked]) = (test.subject, test.about.reads.as_slice()) else { return Some(Gate::Startup) };
+        let subject = &graph.subjects[id.0 as usize];
+        let open = self.heads_past(test, at, way).iter().fold(0, |open, head| open | subject.bit(head));
+        match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
+            TakenBack::Never => Some(Gate::Startup),
+            TakenBack::WithReset => Some(Gate::Mode),
+            // Who opens it again resets the filter there.
+            TakenBack::Kept if self.opens_with_reset(id, &self.copied_from(asked), open) => Some(Gate::Mode),
+            TakenBack::Kept => {
+                self.modes.borrow_mut().insert((id, None), false);
+                None
+            }
+        }
+    }
+
+    /// Whether the filter is reset wherever a latch is opened, here or elsewhere.
+    fn opens_with_reset(&self, id: SubjectId, place: &Place, open: u32) -> bool {
+        let subject = &self.search.graph.subjects[id.0 as usize];
+        let opens = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & open != 0);
+        let mut opening = self.assigning(place);
+        opening.all(|node| self.resets_around(node, place, &opens)) && !self.is_resumed_elsewhere(id, open)
+    }
+}
