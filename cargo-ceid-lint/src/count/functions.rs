@@ -145,7 +145,11 @@ pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Sum
     let info = graph.loop_info(id);
     let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
     let holds_filter = |place: &Place| place_ty(index, graph, place).is_none_or(|ty| may_hold_filter(index, &ty));
+    let inside: Vec<&Node> = graph.node_ids().filter(|node| is_inside(*node)).map(|node| graph.node(node)).collect();
+    let makes_guard = inside.iter().any(|node| matches!(node.effect, Effect::GuardStart(_)));
     let touches = |effect: &Effect| match effect {
+        // A guard from outside runs its laws where the loop leaves the cycle around it as well.
+        Effect::Update(update) if update.run_by.is_guard() => makes_guard,
         Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } | Effect::Use { .. } => true,
         Effect::Unknown { places, .. } => places.iter().any(holds_filter),
         Effect::Call(site) => {
@@ -154,7 +158,6 @@ pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Sum
         }
         _ => false,
     };
-    let inside: Vec<&Node> = graph.node_ids().filter(|node| is_inside(*node)).map(|node| graph.node(node)).collect();
     let leaves =
         |node: &Node| matches!(node.effect, Effect::Return(_)) || node.next.iter().any(|next| !is_inside(*next));
     matches!(info.kind, CycleKind::Loop | CycleKind::While)

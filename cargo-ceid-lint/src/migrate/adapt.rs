@@ -116,9 +116,12 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         )));
     }
     if each.as_ref().is_some_and(|each| each.is_vec && (of.is_function || !has_vec(of))) {
+        let advice = match own.sites.iter().all(|site| site.inputs.is_empty()) {
+            true => "implement ceid-core's `SampledFilter` for what they are, or let their trait be that",
+            false => "let each filter keep its input, as in ceid-core's `Sample`, and its law take none",
+        };
         return Err(refuse(format!(
-            "the filters of `{}` would be lent in a vector, which cannot be made here: let each filter keep its input, as in \
-             ceid-core's `Sample`, and its law take none",
+            "the filters of `{}` would be lent in a vector, which cannot be made here: {advice}",
             own.spelled
         )));
     }

@@ -7,6 +7,7 @@ use super::body::LoopBody;
 use super::exits::Exits;
 use super::loops::Loops;
 use super::mentions::Guarded;
+use super::observed::outlives_panic;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, shared_part, side_effect};
 use super::sites::Part;
@@ -80,7 +81,8 @@ impl Effects<'_> {
     pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
         let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
-        let is_caught = of.are_panics_caught;
+        let is_outlived = || self.loops.are_threads_outlived(of.function) && outlives_panic(of, own);
+        let is_caught = of.are_panics_caught || is_outlived();
         let which = if is_caught { Panics::Any } else { Panics::OnPurpose };
         let mut found: Vec<(ExprId, String)> = Vec::new();
         if let Some(law) =
@@ -106,14 +108,44 @@ impl Effects<'_> {
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));
         }
-        if !found.is_empty() && is_caught {
-            let changed = |(at, text): (ExprId, String)| Reason {
-                span: of.span(at),
-                text: format!("{text}, and the program catches panics"),
+        let changed =
+            |(at, text): (ExprId, String), who: &str| Reason { span: of.span(at), text: format!("{text}, and {who}") };
+        if is_caught {
+            let who = match of.are_panics_caught {
+                true => "the program catches panics",
+                false => "others go on where its thread has panicked",
             };
-            return (found.into_iter().map(changed).collect(), Vec::new());
+            return (found.into_iter().map(|found| changed(found, who)).collect(), Vec::new());
+        }
+        let mut changes = Vec::new();
+        match self.second_panic(own, &is_above) {
+            Some(second) if self.loops.are_panics_expected(of.function) => {
+                changes.push(changed(second, "tests expect panics"));
+            }
+            second => found.extend(second),
         }
         let line = |at: ExprId| of.program.sources.line(of.span(at));
-        (Vec::new(), found.into_iter().map(|(at, text)| format!("{text} (line {})", line(at))).collect())
+        (changes, found.into_iter().map(|(at, text)| format!("{text} (line {})", line(at))).collect())
+    }
+
+    /// Where an iteration may panic whose guard then runs a law that may panic as well, which ends the program.
+    fn second_panic(&self, own: &Guarded, is_above: &dyn Fn(ExprId) -> bool) -> Option<(ExprId, String)> {
+        let of = self.of;
+        let law = own.laws().into_iter().find(|law| may_panic(self.loops, *law, Panics::Any))?;
+        let calls: Vec<Span> = own.sites.iter().map(|site| of.span(site.call)).collect();
+        let is_another = |id: &&ExprId| {
+            !is_above(**id)
+                && !calls.iter().any(|call| call.contains(of.span(**id)))
+                && panics(self.loops, of.body, of.typed, **id, Panics::Any)
+        };
+        let first = of.inside.iter().filter(is_another).min_by_key(|id| of.span(**id))?;
+        let law = &of.program.index.function(law).name;
+        let spelled = &own.spelled;
+        Some((
+            *first,
+            format!(
+                "where the iteration panics, `{law}` of `{spelled}` runs as well, and may panic a second time, which ends the program"
+            ),
+        ))
     }
 }

@@ -5,14 +5,17 @@ use super::body::LoopBody;
 use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
+use super::loops::Loops;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
+use super::panics::fails_anew;
 use super::present::Present;
 use super::said::Comments;
 use super::text::{
     Style, above, begins_line, conditions_above, has_word, indentation, line_stop, with_attributes, without_comments,
 };
+use crate::index::{Owner, TraitName};
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId, ExprKind, Stmt, StmtKind};
 use crate::syntax::{Lexer, TokenKind};
@@ -30,7 +33,7 @@ pub(super) fn lines(
     behind: Option<Span>,
     present: Option<&Present>,
     comments: &Comments,
-    rate: u64,
+    rate: &CycleRate,
 ) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
     let text = of.text;
@@ -56,8 +59,7 @@ pub(super) fn lines(
     let mut declared = match present {
         Some(_) => Vec::new(),
         None => {
-            let (free, hz) = (core.name("Free"), core.name("Hz"));
-            vec![format!("{indent}let mut {clock} = {free}::<{hz}<{rate}>>::new();")]
+            vec![format!("{indent}let mut {clock} = {}::new();", rate.clock(&core))]
         }
     };
     declared.extend(statements(of, guarded).into_iter().map(|statement| format!("{indent}{statement}")));
@@ -164,7 +166,13 @@ fn list(
 /// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
 /// left before more is done with a filter than to feed it or to look at it, or the last one that uses what the filter is a part of. `is_exact` says that each
 /// filter is updated exactly once today: only then no path goes on from what stands above the guard to the next iteration.
-pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_exact: bool) -> Option<Span> {
+pub(super) fn behind(
+    loops: &Loops<'_>,
+    of: &LoopBody<'_>,
+    guarded: &[Guarded],
+    exits: &Exits,
+    is_exact: bool,
+) -> Option<Span> {
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);
     }
@@ -187,7 +195,10 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
     let is_seen_at = |exit: &ExprId| {
         // Without its input, no law runs.
         let is_fed = |own: &Guarded| own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
-        let is_seen = |own: &Guarded| !is_fed(own) && is_observed(of, own) && !is_dropped_at(of, own, *exit);
+        let is_seen = |own: &Guarded| {
+            let fails = || fails_anew(loops, own).is_some();
+            !is_fed(own) && (is_observed(of, own) && !is_dropped_at(of, own, *exit) || fails())
+        };
         guarded.iter().any(is_seen)
     };
     let waits = exits.waits.iter().filter(|_| guarded.iter().any(|own| outlives_future(of, own)));
@@ -311,19 +322,24 @@ fn with_label(text: &str, start: usize) -> usize {
 /// How often a second a loop runs, as the rewritten code says it, and what a person should know of that.
 #[derive(Clone, Debug)]
 pub(super) struct CycleRate {
-    pub(super) number: u64,
+    number: u64,
+    /// Whether the cycle is that of a functionality, which says its rate itself.
+    is_own: bool,
     pub(super) note: Option<String>,
 }
 
 impl CycleRate {
     /// Of a cycle whose rounds take so many seconds.
-    pub(super) fn of(period: Option<f64>) -> Self {
+    pub(super) fn of(of: &LoopBody<'_>, period: Option<f64>) -> Self {
+        if is_of_functionality(of) {
+            return Self { number: UNKNOWN_RATE, is_own: true, note: None };
+        }
         let most = f64::from(u32::MAX);
         let Some(exact) = period.map(f64::recip).filter(|rate| (0.5..=most).contains(rate)) else {
             let note = format!(
                 "`Hz<{UNKNOWN_RATE}>` stands for the rate of the loop, which was not found: write it there; no law reads it"
             );
-            return Self { number: UNKNOWN_RATE, note: Some(note) };
+            return Self { number: UNKNOWN_RATE, is_own: false, note: Some(note) };
         };
         let whole = exact.round();
         #[expect(
@@ -337,6 +353,29 @@ impl CycleRate {
             let seconds = exact.recip();
             format!("`Hz<{number}>` is the next whole rate: the loop waits {seconds} s in each round; no law reads it")
         });
-        Self { number, note }
+        Self { number, is_own: false, note }
     }
+
+    /// The type of the clock.
+    fn clock(&self, core: &CoreItems<'_>) -> String {
+        if self.is_own {
+            return format!("{}::<Self>", core.name("ClockOf"));
+        }
+        format!("{}::<{}<{}>>", core.name("Free"), core.name("Hz"), self.number)
+    }
+}
+
+/// Whether a cycle is that of ceid-core's `RealtimeFunctionality`.
+fn is_of_functionality(of: &LoopBody<'_>) -> bool {
+    let (index, def) = (of.program.index, of.def());
+    let Owner::Impl(own) = def.owner else { return false };
+    let is_it = match &index.impl_def(own).implements {
+        Some(TraitName::External(path)) => path == "ceid_core::RealtimeFunctionality",
+        Some(TraitName::Local(id)) => {
+            let found = index.trait_def(*id);
+            found.name == "RealtimeFunctionality" && index.crate_of(found.module).name == "ceid_core"
+        }
+        None => false,
+    };
+    is_it && of.is_function && def.name == "cycle"
 }

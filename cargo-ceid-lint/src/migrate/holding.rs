@@ -32,7 +32,12 @@ pub(super) fn guarded(
     let mut by_place: BTreeMap<Place, Guarded> = BTreeMap::new();
     for (pair, (place, at, law), sites) in found {
         if sites.iter().any(|site| site.place != place) {
-            let text = format!("`{}` is updated under several names", pair.name);
+            let names: BTreeSet<&str> = sites.iter().map(|site| of.written(site.receiver)).collect();
+            let names = names.into_iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let text = format!(
+                "`{}` is updated under several names ({names}): let each filter have one name in the loop, and move none to another",
+                pair.name
+            );
             reasons.push(Reason { span: of.span(at), text });
         }
         let ty = of.typed.ty(at).clone();
@@ -190,7 +195,10 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let is_single = sites.iter().all(|site| site.part == Part::Whole) && (lent(own).is_some() || own.locked.is_some());
     if !own.is_held() && !is_single && each(of, own).is_none() {
         return Err(match filter {
-            Ty::Param(_) | Ty::Opaque(_) => format!("only the trait of `{spelled}` is known, and not its type"),
+            Ty::Param(_) | Ty::Opaque(_) => format!(
+                "only the trait of `{spelled}` is known, and not its type: let that trait be ceid-core's `SampledFilter`, which \
+                 references, boxes and slices of filters have as well"
+            ),
             _ => out_of_reach(of, own),
         });
     }
@@ -201,10 +209,10 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     }
     while let ExprKind::Field { base, name: field } = of.kind(at) {
         let owner = of.typed.ty(*base);
-        let owner = match owner {
-            Ty::Ref(true, inner) => inner,
-            other => other,
-        };
+        let mut owner = owner;
+        while let Ty::Ref(true, inner) = owner {
+            owner = inner;
+        }
         let owner = match owner {
             // What lies in a box is borrowed as what lies in a variable.
             Ty::External(path, args) if path == "std::boxed::Box" => args.first().unwrap_or(owner),
@@ -276,21 +284,35 @@ pub(super) fn out_of_reach(of: &LoopBody<'_>, own: &Guarded) -> String {
     let spelled = &own.spelled;
     match own.ty {
         Ty::Ref(false, _) => {
-            format!(
+            return format!(
                 "`{spelled}` is a shared reference, and a guard changes what it holds: let the function take it by `&mut`"
-            )
+            );
         }
-        Ty::External(ref path, _) => {
+        Ty::External(ref path, ref args) => {
             let name = path.rsplit("::").next().unwrap_or(path);
             let place = if of.is_function { "first" } else { "above the loop" };
-            format!(
-                "`{spelled}` is a `{name}`, through which a guard does not reach: put {} {place}, if that is a filter or a slice of them, and \
-                 update it by that name",
-                lending(of, own.at)
-            )
+            let advice = match name {
+                "Vec" if matches!(args.first(), Some(Ty::Ref(..))) => "let it hold the filters themselves".to_owned(),
+                "VecDeque" => {
+                    let slice = of.written(own.at);
+                    let short = slice.rsplit('.').next().unwrap_or(slice);
+                    format!("put `let {short} = {slice}.make_contiguous();` {place}, and update it by that name")
+                }
+                "BTreeMap" | "BTreeSet" | "BinaryHeap" | "HashMap" | "HashSet" | "LinkedList" | "Option" => {
+                    "keep the filters in variables or fields of their own, or in an array or a `Vec`".to_owned()
+                }
+                _ => format!(
+                    "put {} {place}, if that is a filter or a slice of them, and update it by that name",
+                    lending(of, own.at)
+                ),
+            };
+            return format!("`{spelled}` is a `{name}`, through which a guard does not reach: {advice}");
         }
-        _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
+        _ => {}
     }
+    format!(
+        "`{spelled}` holds its filter in a way that a guard cannot reach through: keep it in a variable or field of its own type"
+    )
 }
 
 /// Whether the loop, its head included, names the variable that a place begins with for something else than what lies there.

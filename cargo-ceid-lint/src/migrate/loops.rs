@@ -11,6 +11,7 @@ use super::alternatives::chosen_names;
 use super::ambiguous::{CallsBesideCore, calls_beside_core};
 use super::implicit::{Impls, implicit, impls_of_std};
 use super::macros::Macros;
+use super::survivors::{catches, expects, outlives_threads};
 use super::text::{Style, denies, has_level, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
@@ -33,8 +34,11 @@ pub(super) struct Loops<'a> {
     /// What is asked of the code in a file.
     asked: &'a dyn Fn(&Path) -> Manners,
     manners: RefCell<FxHashMap<FileId, Manners>>,
-    /// The root modules of the crates that catch panics.
+    /// The root modules of the crates that catch panics, of those whose tests expect them, and of those that go on where a thread has
+    /// panicked.
     catching: OnceCell<Vec<ModuleId>>,
+    expecting: OnceCell<Vec<ModuleId>>,
+    outliving: OnceCell<Vec<ModuleId>>,
     /// The files that ask for a use of each result.
     strict: OnceCell<BTreeSet<FileId>>,
     /// The files that deny names that nothing uses.
@@ -83,6 +87,8 @@ impl<'a> Loops<'a> {
             macros: OnceCell::new(),
             chosen: OnceCell::new(),
             catching: OnceCell::new(),
+            expecting: OnceCell::new(),
+            outliving: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
             asking_for_paths: OnceCell::new(),
@@ -171,17 +177,35 @@ impl<'a> Loops<'a> {
         *self.manners.borrow_mut().entry(file).or_insert_with(find)
     }
 
-    /// Whether the crate of a function, or one that links it, catches panics.
+    /// Whether the crate of a function, one that links it, or a test catches panics.
     pub(super) fn are_panics_caught(&self, function: FunctionId) -> bool {
-        let index = self.program.index;
-        let own = index.crate_of(index.function(function).module);
-        let catching = self.catching.get_or_init(|| self.find_catching());
-        catching.iter().any(|root| *root == own.root || index.crate_of(*root).externs.contains_key(&own.name))
+        let file = self.program.index.function(function).function.keyword.file;
+        self.is_of(&self.catching, function, catches) || self.manners(file).is_caught_beside
     }
 
-    fn find_catching(&self) -> Vec<ModuleId> {
+    /// Whether tests expect panics there.
+    pub(super) fn are_panics_expected(&self, function: FunctionId) -> bool {
+        let file = self.program.index.function(function).function.keyword.file;
+        self.is_of(&self.expecting, function, expects) || self.manners(file).is_expected_beside
+    }
+
+    /// Whether others go on there where a thread has panicked.
+    pub(super) fn are_threads_outlived(&self, function: FunctionId) -> bool {
+        self.is_of(&self.outliving, function, outlives_threads)
+    }
+
+    /// Whether the crate of a function, or one that links it, has such a text.
+    fn is_of(&self, known: &OnceCell<Vec<ModuleId>>, function: FunctionId, is_such: fn(&str) -> bool) -> bool {
         let index = self.program.index;
-        let files = self.files_with("catch_unwind");
+        let own = index.crate_of(index.function(function).module);
+        let found = known.get_or_init(|| self.find_crates(is_such));
+        found.iter().any(|root| *root == own.root || index.crate_of(*root).externs.contains_key(&own.name))
+    }
+
+    fn find_crates(&self, is_such: fn(&str) -> bool) -> Vec<ModuleId> {
+        let index = self.program.index;
+        let files = self.program.sources.files().filter(|(_, file)| is_such(&file.text));
+        let files: BTreeSet<FileId> = files.map(|(id, _)| id).collect();
         let mut found = Vec::new();
         for def in index.functions.iter().filter(|def| files.contains(&def.function.keyword.file)) {
             let root = index.crate_of(def.module).root;

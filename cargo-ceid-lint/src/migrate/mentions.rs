@@ -217,7 +217,13 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
             true => format!(
                 "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one"
             ),
-            false => format!("`{spelled}` is used here as a whole, and a guard holds it"),
+            false if is_moved_into_closure(of, at) => format!(
+                "`{spelled}` is used here as a whole, and a guard holds it: read what the closure needs of it into a variable above"
+            ),
+            false => format!(
+                "`{spelled}` is used here as a whole, and a guard holds it: name the fields or methods that are meant, or do this \
+                 outside of the loop"
+            ),
         });
     };
     if is_captured(of, at) && !(prefix.is_empty() && of.typed.local(own.place.local).name == own.name) {

@@ -2,12 +2,18 @@
 
 use super::body::LoopBody;
 use super::mentions::{Guarded, held};
-use super::text::has_word;
+use super::text::words;
 use crate::index::{Index, TraitName, Ty};
+use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
 /// Whether the state of a filter may be seen once the loop is left; if not, a law that runs on the way out changes nothing.
 pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    may_be_seen_elsewhere(of, own) || read_later(of, own).is_some()
+}
+
+/// Whether its state may be seen otherwise than by its name behind the loop.
+fn may_be_seen_elsewhere(of: &LoopBody<'_>, own: &Guarded) -> bool {
     let local = of.typed.local(own.place.local);
     let ty = &local.ty;
     if own_value(ty).is_none() || own_value(&own.ty).is_none() || has_destructor(of.program.index, &own.ty) {
@@ -17,16 +23,63 @@ pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
         return true;
     }
     // What is declared outside of a loop or closure around this loop is there again when that runs again.
-    let runs_again = of.ancestors(of.whole).any(|around| {
+    of.ancestors(of.whole).any(|around| {
         let is_repeated = matches!(
             of.kind(around),
             ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
         );
         is_repeated && !of.span(around).contains(local.span)
+    })
+}
+
+/// Where the variable of a filter is first named behind the loop, if it has no other name.
+pub(super) fn read_later(of: &LoopBody<'_>, own: &Guarded) -> Option<Span> {
+    if may_be_seen_elsewhere(of, own) {
+        return None;
+    }
+    let name = &of.typed.local(own.place.local).name;
+    let Span { file, end, .. } = of.span(of.whole);
+    let rest = of.text.get(end as usize..of.span(of.body.root).end as usize).unwrap_or_default();
+    let length = u32::try_from(name.len()).unwrap_or_default();
+    let spans = words(rest, name).map(|at| {
+        let start = end + u32::try_from(at).unwrap_or_default();
+        Span::new(file, start, start + length)
     });
-    let body = of.span(of.body.root);
-    let rest = of.text.get(of.span(of.whole).end as usize..body.end as usize);
-    runs_again || rest.is_none_or(|rest| has_word(rest, &local.name))
+    let others = other_branches(of);
+    spans.into_iter().find(|span| !others.iter().any(|other| other.contains(*span)))
+}
+
+/// The branches of the choices around the loop in which it does not lie.
+fn other_branches(of: &LoopBody<'_>) -> Vec<Span> {
+    let mut own = of.whole;
+    let mut found = Vec::new();
+    for around in of.ancestors(of.whole) {
+        let branches = match of.kind(around) {
+            ExprKind::If { then, otherwise, .. } => std::iter::once(*then).chain(*otherwise).collect(),
+            ExprKind::Match { arms, .. } => arms.iter().map(|arm| arm.body).collect(),
+            _ => Vec::new(),
+        };
+        if branches.contains(&own) {
+            found.extend(branches.into_iter().filter(|branch| *branch != own).map(|branch| of.span(branch)));
+        }
+        own = around;
+    }
+    found
+}
+
+/// Whether a filter is there after a panic has left the function, the closure or the block of its loop: it is lent to that.
+pub(super) fn outlives_panic(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    let local = of.typed.local(own.place.local);
+    let is_around = |at: ExprId| match of.kind(at) {
+        ExprKind::Closure(_) => !of.span(at).contains(local.span),
+        ExprKind::Block(block) => block.kind == BlockKind::Async && !of.span(at).contains(local.span),
+        _ => false,
+    };
+    own.locked.is_some()
+        || own.is_lock_guard
+        || own_value(&local.ty).is_none()
+        || own_value(&own.ty).is_none()
+        || of.ancestors(of.whole).any(is_around)
 }
 
 /// Whether a filter is gone where the loop is left by `return` or `?`: it is a variable of what is left.

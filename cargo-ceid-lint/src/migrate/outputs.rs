@@ -28,7 +28,9 @@ pub(super) fn instead(
     if inputs.is_empty() && (!site.is_used || has_halves) {
         return Ok((Vec::new(), None));
     }
-    let (rest, change) = if site.is_used { used(of, own, site)? } else { (String::new(), None) };
+    let is_arm = is_idle_arm(of, site);
+    let is_used = site.is_used && !is_arm;
+    let (rest, change) = if is_used { used(of, own, site)? } else { (String::new(), None) };
     // An element has the name that an inner loop gives it, or its number.
     let name = match of.kind(site.receiver) {
         _ if site.part == Part::Whole => own.name.clone(),
@@ -38,12 +40,12 @@ pub(super) fn instead(
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
-    let is_alone = !site.is_used && is_closure_of_a_loop(of, site.outer);
+    let is_alone = is_arm || !is_used && is_closure_of_a_loop(of, site.outer);
     // What feeds a law gives something back, also where the law itself does not.
-    let discarded = if cell.is_none() && !site.is_used && of.has_to_use_results { "let _ = " } else { "" };
+    let discarded = if cell.is_none() && !is_used && of.has_to_use_results { "let _ = " } else { "" };
     let (begin, end) = match () {
         () if is_alone => ("{ ", "; }"),
-        () if !site.is_used && of.is_tail(site.outer) => ("", ";"),
+        () if !is_used && of.is_tail(site.outer) => ("", ";"),
         () => ("", ""),
     };
     let (open, close) = if inputs.len() + before.len() > 1 { ("(", ")") } else { ("", "") };
@@ -52,16 +54,29 @@ pub(super) fn instead(
         Some(cell) => (format!("{begin}{cell}.set(Some({open}"), format!("{close}))")),
         None => (format!("{begin}{discarded}{name}.feed({open}"), format!("{close})")),
     };
-    let start = of.discarded_at(site.outer).filter(|_| !site.is_used).unwrap_or(call.start);
+    let start = of.discarded_at(site.outer).filter(|_| !is_used).unwrap_or(call.start);
+    let stop = of.span(site.outer).end;
+    // Behind braces, an arm has no comma.
+    let stop = stop + u32::from(is_arm && of.text[stop as usize..].starts_with(','));
     let mut edits = vec![
         (Span { start, end: first.before.end, ..call }, format!("{open}{before}{}", first.instead)),
-        (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
+        (Span { start: last.end, end: stop, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
     ];
     let others =
         inputs.iter().skip(1).filter(|input| input.before.start < input.before.end || !input.instead.is_empty());
     edits.extend(others.map(|input| (input.before, input.instead.to_owned())));
     edits.extend(closed(inputs));
     Ok((edits, change))
+}
+
+/// Whether an update is an arm of a `match` whose value is nothing, and that nothing uses.
+fn is_idle_arm(of: &LoopBody<'_>, site: &Site) -> bool {
+    let arms = match of.parent(site.outer).map(|around| of.kind(around)) {
+        Some(ExprKind::Match { arms, .. }) => arms,
+        _ => return false,
+    };
+    let is_idle = *of.typed.ty(site.call) == Ty::unit() && !site.inputs.is_empty() && of.is_discarded(site.outer);
+    is_idle && arms.iter().any(|arm| arm.body == site.outer)
 }
 
 /// What stands for the result of a law until it has run, and that this is another one.

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use super::locks::lock_behind;
 use super::loops::Loops;
-use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind};
+use super::mentions::Guarded;
+use super::signs::Code;
+use crate::index::{Def, FunctionId, Ty};
+use crate::syntax::tree::{Body, Expr, ExprId, ExprKind, Literal, MacroKind, PatKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
 /// Which panics matter.
@@ -15,6 +17,15 @@ pub(super) enum Panics {
     OnPurpose,
     /// Those of an index, of a division and of a loan as well, and those of functions that are called.
     Any,
+    /// All those, and what fails in a state that the program never asked for another sample in: a subtraction that goes below zero, a
+    /// loop that does not come to its end.
+    Anew,
+}
+
+/// The law of a filter that may panic, or not end, where it runs once more than it does today.
+pub(super) fn fails_anew(loops: &Loops<'_>, own: &Guarded) -> Option<FunctionId> {
+    let is_unseen = |law: FunctionId| loops.program.index.function(law).function.body.is_none();
+    own.laws().into_iter().find(|law| is_unseen(*law) || may_panic(loops, *law, Panics::Anew))
 }
 
 /// Whether a function may panic.
@@ -29,7 +40,7 @@ pub(super) fn may_panic(loops: &Loops<'_>, function: FunctionId, which: Panics) 
         let (Some(body), Some(typed)) = (&program.index.function(id).function.body, program.typed(id)) else {
             continue;
         };
-        if (0u32..).map(ExprId).take(body.exprs.len()).any(|id| panics_itself(body, typed, id, which)) {
+        if (0u32..).map(ExprId).take(body.exprs.len()).any(|id| panics_itself(loops, body, typed, id, which)) {
             return true;
         }
         open.extend(typed.callees.values().flat_map(targets));
@@ -42,9 +53,9 @@ pub(super) fn may_panic(loops: &Loops<'_>, function: FunctionId, which: Panics) 
 pub(super) fn panics(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
     let is_in_callee = || {
         let called = typed.callees.get(&id).into_iter().flat_map(targets);
-        which == Panics::Any && called.into_iter().any(|target| may_panic(loops, target, which))
+        which != Panics::OnPurpose && called.into_iter().any(|target| may_panic(loops, target, which))
     };
-    panics_itself(body, typed, id, which) || is_in_callee()
+    panics_itself(loops, body, typed, id, which) || is_in_callee()
 }
 
 fn targets(callee: &Callee) -> Vec<FunctionId> {
@@ -54,8 +65,13 @@ fn targets(callee: &Callee) -> Vec<FunctionId> {
     }
 }
 
-fn panics_itself(body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
-    let is_any = which == Panics::Any;
+fn panics_itself(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
+    let code = Code { loops, body, typed };
+    let is_any = which != Panics::OnPurpose;
+    let is_anew = which == Panics::Anew;
+    if is_any && typed.callees.get(&id).is_some_and(|callee| unwinds(loops, callee)) {
+        return true;
+    }
     match &body.expr(id).kind {
         ExprKind::Macro(call) => match call.kind {
             MacroKind::Assert(..) | MacroKind::AssertCompare(..) | MacroKind::Diverges(_) => true,
@@ -67,32 +83,117 @@ fn panics_itself(body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> b
             ("borrow" | "borrow_mut", 0) => is_any && lock_behind(typed.ty(*receiver)) == Some("RefCell"),
             ("unwrap_err", 0)
             | ("expect_err" | "split_at" | "split_at_mut" | "copy_from_slice" | "clone_from_slice", 1) => is_any,
+            ("remove" | "swap_remove" | "split_off", 1) | ("insert" | "swap", 2) => {
+                is_any && is_numbered(typed.ty(*receiver))
+            }
             _ => false,
         },
-        ExprKind::Index { base, index } => is_any && !is_within(body, typed.ty(*base), *index),
-        ExprKind::Binary { op, lhs, rhs } => is_any && divides(op, typed.ty(*lhs)) && !is_other_than_zero(body, *rhs),
-        ExprKind::AssignOp { op, place, value } => {
-            is_any && divides(op, typed.ty(*place)) && !is_other_than_zero(body, *value)
+        ExprKind::Index { base, index } => is_any && !is_within(&code, *base, *index),
+        ExprKind::Binary { op, lhs, rhs: by } | ExprKind::AssignOp { op, place: lhs, value: by } => {
+            let is_below = || *op == "-" && code.may_go_below(*lhs, *by);
+            is_any && divides(op, typed.ty(*lhs)) && !is_other_than_zero(&code, *by) || is_anew && is_below()
+        }
+        ExprKind::Loop { .. } => is_anew,
+        ExprKind::While { condition, .. } => is_anew && !drains(body, *condition),
+        ExprKind::For { iterable, .. } => {
+            is_anew && matches!(body.expr(*iterable).kind, ExprKind::Range { end: None, .. })
         }
         _ => false,
     }
 }
 
-/// Whether an index is a number below the length of its array.
-fn is_within(body: &Body, array: &Ty, index: ExprId) -> bool {
-    match (array.peel(), &body.expr(index).kind) {
-        (Ty::Array(_, length), ExprKind::Literal(Literal::Int(Some(number), _))) => {
-            length.value.is_some_and(|length| *number < length)
+/// Whether a call never comes back and may panic on its way: a function of the standard library that only does that, or one whose code
+/// is not read.
+fn unwinds(loops: &Loops<'_>, callee: &Callee) -> bool {
+    match callee {
+        Callee::External(path) => {
+            matches!(path.strip_prefix("std::panic::"), Some("resume_unwind" | "panic_any"))
         }
-        (_, ExprKind::Range { start: None, end: None, .. }) => true,
+        Callee::Resolved(resolved) => resolved.targets.iter().any(|target| {
+            let function = &loops.program.index.function(*target).function;
+            function.body.is_none() && function.output == TypeRef::Never
+        }),
         _ => false,
     }
+}
+
+/// Whether the elements of a collection go by numbers, of which one too large panics.
+fn is_numbered(ty: &Ty) -> bool {
+    match ty.peel() {
+        Ty::Array(..) | Ty::Slice(_) => true,
+        Ty::External(path, _) => matches!(path.as_str(), "std::vec::Vec" | "std::collections::VecDeque"),
+        _ => false,
+    }
+}
+
+/// Whether an index is a number below the length of its array: by its value, or because it is counted up to that.
+fn is_within(code: &Code<'_>, base: ExprId, index: ExprId) -> bool {
+    let Code { loops, body, typed } = code;
+    let array = match typed.ty(base).peel() {
+        Ty::Array(_, length) => length,
+        _ => return matches!(body.expr(index).kind, ExprKind::Range { start: None, end: None, .. }),
+    };
+    let text = |id: ExprId| loops.program.sources.snippet(body.expr(id).span);
+    let is_length = |id: ExprId| match &body.expr(id).kind {
+        ExprKind::MethodCall { receiver, method, .. } => method == "len" && text(*receiver) == text(base),
+        _ => {
+            let is_least = array.value.zip(code.constant(id)).is_some_and(|(length, number)| number <= length);
+            is_least || array.value.is_none() && array.text == text(id)
+        }
+    };
+    match &body.expr(index).kind {
+        ExprKind::Range { start: None, end: None, .. } => true,
+        ExprKind::Binary { op, rhs, .. } if *op == "%" => is_length(*rhs),
+        _ if let Some(number) = code.constant(index) => array.value.is_some_and(|length| number < length),
+        ExprKind::Path(_) => typed.expr_local.get(&index).is_some_and(|local| {
+            let is_counted = |expr: &Expr| match expr.kind {
+                ExprKind::For { pat, iterable, .. } => {
+                    let is_it = typed.pat_local.get(&pat) == Some(local)
+                        && matches!(body.pat(pat).kind, PatKind::Bind { mutable: false, .. });
+                    let end = match body.expr(iterable).kind {
+                        ExprKind::Range { end, inclusive: false, .. } => end,
+                        _ => None,
+                    };
+                    is_it && end.is_some_and(is_length)
+                }
+                _ => false,
+            };
+            body.exprs.iter().any(is_counted)
+        }),
+        _ => false,
+    }
+}
+
+impl Code<'_> {
+    /// The number that an expression is: a literal, or a constant with one.
+    fn constant(&self, id: ExprId) -> Option<u64> {
+        let number = |body: &Body, id: ExprId| match body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(number, _)) => number,
+            _ => None,
+        };
+        match self.typed.expr_def.get(&id) {
+            Some(Def::Value(value)) => {
+                let item = &self.loops.program.index.value(*value).item;
+                let value = item.value.as_ref().filter(|_| !item.is_static)?;
+                number(value, value.root)
+            }
+            _ => number(self.body, id),
+        }
+    }
+}
+
+/// Whether the head of a loop takes items out of something until there is none: `while let Some(item) = queue.pop()`.
+fn drains(body: &Body, condition: ExprId) -> bool {
+    let ExprKind::Let { value, .. } = body.expr(condition).kind else { return false };
+    matches!(&body.expr(value).kind, ExprKind::MethodCall { method, args, .. } if args.is_empty()
+        && matches!(method.as_str(), "pop" | "pop_front" | "pop_back" | "dequeue"))
 }
 
 fn divides(op: &str, ty: &Ty) -> bool {
     matches!(op, "/" | "%") && *ty.peel() == Ty::Int
 }
 
-fn is_other_than_zero(body: &Body, id: ExprId) -> bool {
-    matches!(&body.expr(id).kind, ExprKind::Literal(Literal::Int(Some(number), _)) if *number != 0)
+/// Whether a divisor is a number other than zero.
+fn is_other_than_zero(code: &Code<'_>, id: ExprId) -> bool {
+    code.constant(id).is_some_and(|number| number != 0)
 }

@@ -4,7 +4,7 @@ use super::body::LoopBody;
 use super::inputs::Input;
 use super::loops::Loops;
 use super::sites::Site;
-use crate::index::{Def, Namespace, Ty};
+use crate::index::{Def, FunctionId, Index, Namespace, Owner, TraitName, Ty};
 use crate::syntax::tree::{ExprKind, Receiver};
 
 /// The path of a law that takes its filter by `&mut` and its input as it is fed: as the update has it, or by its type where such
@@ -20,9 +20,30 @@ pub(super) fn path_of_law(loops: &Loops<'_>, of: &LoopBody<'_>, site: &Site, inp
     if let ExprKind::Call { callee, .. } = of.kind(site.call) {
         return Some(of.written(*callee).to_owned());
     }
-    let Ty::Adt(id, _) = &site.filter else { return None };
-    let name = &index.type_def(*id).name;
-    let found = index.resolve(of.def().module, std::slice::from_ref(name), Namespace::Type);
-    let is_named = found == Some(Def::Type(*id)) && loops.asks_for_paths(of.file());
-    is_named.then(|| format!("{name}::{}", site.method))
+    if !loops.asks_for_paths(of.file()) {
+        return None;
+    }
+    let (name, def) = match &site.filter {
+        Ty::Adt(id, _) => (index.type_def(*id).name.clone(), Def::Type(*id)),
+        // Where no more is known than the trait, the law has its path.
+        Ty::Param(_) | Ty::Opaque(_) => match trait_of(index, &site.targets)? {
+            TraitName::Local(id) => (index.trait_def(id).name.clone(), Def::Trait(id)),
+            TraitName::External(path) => (path.rsplit("::").next()?.to_owned(), Def::External(path)),
+        },
+        _ => return None,
+    };
+    let found = index.resolve(of.def().module, std::slice::from_ref(&name), Namespace::Type);
+    (found == Some(def)).then(|| format!("{name}::{}", site.method))
+}
+
+/// The trait that all of some functions are methods of.
+fn trait_of(index: &Index, functions: &[FunctionId]) -> Option<TraitName> {
+    let of_function = |function: &FunctionId| match index.function(*function).owner {
+        Owner::Trait(id) => Some(TraitName::Local(id)),
+        Owner::Impl(id) => index.impl_def(id).implements.clone(),
+        Owner::Module => None,
+    };
+    let (first, others) = functions.split_first()?;
+    let found = of_function(first)?;
+    others.iter().all(|other| of_function(other).as_ref() == Some(&found)).then_some(found)
 }

@@ -1,6 +1,5 @@
 //! From the cycles of an analysis to a plan for each loop that updates filters by hand.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::adapt::is_not_mutable;
@@ -20,13 +19,12 @@ use super::leftover::{idle_muts, leftovers};
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
 use super::not_shipped::not_shipped;
-use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::partly::{is_left, partly, why_left};
 use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_owner, without_name};
-use super::text::{has_word, join_insertions};
+use super::text::join_insertions;
 use super::twice::used_twice;
 use super::whole::{of_a_closure, plan_of_a_law, whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, core_items, head};
@@ -77,6 +75,13 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let mut filters: Vec<String> = by_hand.iter().map(|pair| pair.name.clone()).collect();
     // A law of several halves has a pair for each.
     filters.dedup();
+    if outcome.is_ok() {
+        // The law of a filter that is made of others runs theirs.
+        let all = filters.clone();
+        let is_part =
+            |name: &str, of: &String| name.strip_prefix(of.as_str()).is_some_and(|rest| rest.starts_with('.'));
+        filters.retain(|name| !all.iter().any(|other| is_part(name, other)));
+    }
     let whole = loops.at(cycle.head).and_then(|(function, whole, _)| {
         let body = loops.program.index.function(function).function.body.as_ref()?;
         Some(body.expr(whole).span.to(cycle.head))
@@ -107,10 +112,13 @@ fn is_in_its_loop(of: Option<&LoopBody<'_>>, pair: &Pair) -> bool {
             ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
         )
     };
-    pair.updates.iter().all(|update| {
+    let is_alone = pair.updates.iter().all(|update| {
         let call = of.inside.iter().find(|id| of.span(**id) == *update);
         call.is_some_and(|call| !of.ancestors_inside(*call).any(is_repeated))
-    })
+    });
+    // An inner loop that goes over the filters updates each of them once.
+    let is_of_each = || sites(of, pair).is_ok_and(|sites| sites.iter().all(|site| site.inner.is_some()));
+    is_alone || !pair.updates.is_empty() && is_of_each()
 }
 
 fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
@@ -196,7 +204,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
             .admits(&of, &guarded, &exits, is_exact)
             .map(|()| Some(present.stmt))
             .map_err(|reason| vec![reason])?,
-        None => head::behind(&of, &guarded, &exits, is_exact),
+        None => head::behind(loops, &of, &guarded, &exits, is_exact),
     };
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present };
     rewriter.rewrite(cycle, changes)
@@ -235,7 +243,7 @@ impl Rewriter<'_> {
                 }
                 Err(reason) => reasons.push(reason),
             }
-            let (observed, unobserved) = self.left_before(own);
+            let (observed, unobserved) = effects.left_before(own);
             changes.extend(observed);
             notes.extend(unobserved);
             changes.extend(self.left_out(own));
@@ -287,8 +295,8 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        let rate = CycleRate::of(cycle.period);
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), gone.comments(), rate.number) {
+        let rate = CycleRate::of(of, cycle.period);
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), gone.comments(), &rate) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -412,7 +420,11 @@ impl Rewriter<'_> {
         };
         let value = std::iter::once(mention.at).chain(of.ancestors_inside(mention.at)).find_map(leaves)?;
         let index = of.program.index;
-        let text = format!("what leaves the loop here may borrow from `{}`", own.spelled);
+        let text = format!(
+            "what leaves the loop here may borrow from `{}`, which the guard has up to there: let it be a copy, or look it up behind \
+             the loop",
+            own.spelled
+        );
         (!is_owned(index, &index.scope_of(of.function), of.typed.ty(value)))
             .then(|| Reason { span: of.span(value), text })
     }
@@ -426,75 +438,5 @@ impl Rewriter<'_> {
             site.method, own.spelled
         );
         Some(Reason { span: self.of.span(site.call), text })
-    }
-
-    /// The ways out of the loop that come before the update: what changes on them, and what nobody can see.
-    fn left_before(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
-        let of = self.of;
-        // Without its input, no law runs.
-        let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
-        let halves: BTreeSet<usize> =
-            own.sites.iter().map(|site| site.half).filter(|half| !own.rare.contains(half)).collect();
-        if is_fed && halves.len() < 2 {
-            return (Vec::new(), Vec::new());
-        }
-        let covers = |site: &Site, exit: ExprId| {
-            let block = of.parent(site.done());
-            of.span(site.done()).end <= of.span(exit).start && of.ancestors(exit).any(|at| Some(at) == block)
-        };
-        let is_covered = |exit: &ExprId| {
-            let has_run = |half: &usize| own.sites.iter().any(|site| site.half == *half && covers(site, *exit));
-            let is_before = || own.sites.iter().all(|site| !of.may_follow(site.done(), *exit));
-            halves.iter().all(has_run) || is_fed && is_before()
-        };
-        // What is left above the guard is left without it.
-        let is_above = |exit: &ExprId| self.behind.is_some_and(|before| of.span(*exit).end <= before.end);
-        let opaque = self.exits.unread.iter().filter(|id| {
-            let text = of.written(**id);
-            text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))
-        });
-        let waits = self.exits.waits.iter().filter(|_| outlives_future(of, own));
-        let early: Vec<ExprId> = self
-            .exits
-            .left_at
-            .iter()
-            .chain(waits)
-            .chain(opaque)
-            .copied()
-            .filter(|exit| !is_covered(exit) && !is_above(exit))
-            .collect();
-        if early.is_empty() {
-            return (Vec::new(), Vec::new());
-        }
-        let line = |id: &ExprId| of.program.sources.line(of.span(*id));
-        let what = if of.is_function { "function" } else { "loop" };
-        let is_seen = is_observed(of, own);
-        let (early, unseen): (Vec<ExprId>, Vec<ExprId>) =
-            early.into_iter().partition(|exit| is_seen && !is_dropped_at(of, own, *exit));
-        if !early.is_empty() {
-            let left = |exit: &ExprId| {
-                let how = match self.exits.waits.contains(exit) {
-                    true => "the future may be dropped here".to_owned(),
-                    false => format!("the {what} may be left here"),
-                };
-                let spelled = &own.spelled;
-                let text = match is_fed {
-                    true => {
-                        format!("{how} between the calls of the law of `{spelled}`; the guard runs all of them or none")
-                    }
-                    false => format!("{how} before `{spelled}` is updated; the guard updates it on this way as well"),
-                };
-                Reason { span: of.span(*exit), text }
-            };
-            return (early.iter().map(left).collect(), Vec::new());
-        }
-        let lines: BTreeSet<String> = unseen.iter().map(|id| line(id).to_string()).collect();
-        let lines = lines.into_iter().collect::<Vec<_>>().join(", ");
-        let once = if is_fed { "all or not at all" } else { "once more" };
-        let note = format!(
-            "the law of `{}` runs {once} where the {what} is left (line {lines}); nothing reads it after that",
-            own.name
-        );
-        (Vec::new(), vec![note])
     }
 }

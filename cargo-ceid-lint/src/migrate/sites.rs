@@ -8,6 +8,7 @@ use super::exits::diverges;
 use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_closure_of_a_loop};
 use super::locks::locked;
 use super::mentions::held;
+use super::passed::passed_on;
 use super::text::{with_attributes, without_comments};
 use super::unfit::unfit;
 use crate::count::Pair;
@@ -105,7 +106,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         let is_each = name.ends_with("[*]");
         refuse(if is_each { format!("{advice}, {of_all}") } else { advice })
     };
-    let Some(call) = calls.next() else { return Err(is_no_call()) };
+    let Some(call) = calls.next() else { return passed_on(of, pair, span).ok_or_else(is_no_call) };
     let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return Err(is_no_call()) };
     let is_function = |target: &FunctionId| of.program.index.function_spec(&Def::Function(*target)).is_some();
     if callee.law.is_none() && callee.targets.iter().any(is_function) {
@@ -354,7 +355,7 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
 }
 
 /// The text of the statement that an expression is, if nothing uses its value.
-fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
+pub(super) fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
     let span = of.span(id);
     let refuse = |text: String| Err(Reason { span, text });
     let Some((_, stmt)) = of.statement(id) else {
@@ -422,8 +423,13 @@ fn is_lone(of: &LoopBody<'_>, inner: ExprId, update: ExprId) -> bool {
 }
 
 fn unborrowed(of: &LoopBody<'_>, id: ExprId) -> ExprId {
+    let id = if let ExprKind::Reference { value, raw: false, .. } = of.kind(id) { *value } else { id };
+    let is_pointer = |ty: &Ty| matches!(ty, Ty::Ref(true, _)) || ty.external_name() == Some("Box");
     match of.kind(id) {
-        ExprKind::Reference { value, raw: false, .. } => *value,
+        // `*pid` leads to what the name leads to.
+        ExprKind::Deref(inner) if matches!(of.kind(*inner), ExprKind::Path(_)) && is_pointer(of.typed.ty(*inner)) => {
+            *inner
+        }
         _ => id,
     }
 }

@@ -1,7 +1,7 @@
 //! What the owner of a file asks of the code in it beside that it compiles: lints in manifests and flags, and the width of lines.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
@@ -18,6 +18,10 @@ pub struct Manners {
     pub has_to_use_dependencies: bool,
     /// Whether a closure that does nothing but call a method is to be the path of that.
     pub asks_for_paths: bool,
+    /// Whether a test, a benchmark or an example beside the sources of the package catches panics.
+    pub is_caught_beside: bool,
+    /// Whether one of them expects panics.
+    pub is_expected_beside: bool,
     /// How long a line may be.
     pub width: usize,
 }
@@ -29,6 +33,8 @@ impl Default for Manners {
             has_to_use_results: false,
             has_to_use_dependencies: false,
             asks_for_paths: false,
+            is_caught_beside: false,
+            is_expected_beside: false,
             width: 100,
         }
     }
@@ -52,8 +58,22 @@ impl Project {
         let text = |path: &Path| fs::read_to_string(path).unwrap_or_default();
         let root = text(&package.workspace_root.join("Cargo.toml"));
         let flags = cargo_config::read(&self.root, &[], None).rustflags;
-        Manners { width, ..of_lints(&text(&package.manifest_path), &root, &flags) }
+        let beside = beside(package.manifest_path.parent().unwrap_or(&package.workspace_root));
+        let names = |word: &str| beside.iter().any(|path| text(path).contains(word));
+        Manners {
+            is_caught_beside: names("catch_unwind"),
+            is_expected_beside: names("should_panic"),
+            width,
+            ..of_lints(&text(&package.manifest_path), &root, &flags)
+        }
     }
+}
+
+/// The files of a package's tests, benchmarks and examples.
+fn beside(root: &Path) -> Vec<PathBuf> {
+    let below = |name: &str| walkdir::WalkDir::new(root.join(name)).max_depth(4).into_iter().filter_map(Result::ok);
+    let files = ["tests", "benches", "examples"].into_iter().flat_map(below).map(walkdir::DirEntry::into_path);
+    files.filter(|path| path.extension().is_some_and(|ending| ending == "rs")).collect()
 }
 
 /// The width of lines that a directory's configuration of rustfmt asks for; the default where it does not.

@@ -252,7 +252,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                 },
                 "Pin" => match method {
                     "as_mut" | "as_ref" => Some(Ty::std("std::pin::Pin", vec![reference(inner.peel().clone())])),
-                    "get_mut" | "get_ref" | "get_unchecked_mut" | "into_inner" => Some(reference(inner)),
+                    "get_mut" | "get_ref" | "get_unchecked_mut" | "into_inner" => Some(reference(inner.peel().clone())),
                     _ => None,
                 },
                 "Box" | "Rc" | "Arc" => match method {

@@ -86,7 +86,7 @@ impl<R: Rate> fmt::Debug for Cycle<'_, R> {
 /// [`Cyclic::run`](crate::Cyclic::run) have no such gap.
 #[doc(alias = "CEID")]
 #[must_use = "the filters are updated when the guard is dropped: bind it with `let mut guard = ...`, and keep it to the end of the cycle"]
-#[clippy::has_significant_drop]
+// Without `#[clippy::has_significant_drop]`, by which clippy would ask for dropping it early.
 pub struct CycleGuard<'c, S: SampledFilter<R> + ?Sized, R: Rate> {
     filters: &'c mut S,
     info: CycleInfo,

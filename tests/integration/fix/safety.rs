@@ -349,12 +349,41 @@ fn what_a_killed_run_wrote_in_part_is_completed() {
     assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
 }
 
+/// A manifest with a dependency on ceid-core, whose sources are read then.
+fn manifest_with_core() -> String {
+    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ceid-core").canonicalize().expect("it is there");
+    format!(
+        "[package]\nname = \"hall\"\nversion = \"0.1.0\"\nedition = \"2021\"\n\n[dependencies]\nceid-core = {{ path = {core:?} }}\n"
+    )
+}
+
+#[test]
+fn a_guard_of_a_driver_is_named_where_ceid_core_is_read() {
+    let lib = "\
+use ceid_core::prelude::*;
+pub struct Lag;
+impl<R: Rate> SampledFilter<R> for Lag {
+    fn update(&mut self, _: Tick<'_, R>) {}
+}
+filters! { pub struct Filters @ 100 Hz { pub speed: Lag } }
+pub fn run(mut pull: impl FnMut() -> bool) {
+    let mut control = Cyclic::new(Filters::register(Lag), Free::<Hz<100>>::new());
+    while pull() {
+        let _ = control.cycle();
+        pull();
+    }
+}
+";
+    let manifest = manifest_with_core();
+    let files = [("Cargo.toml", manifest.as_bytes()), ("src/lib.rs", lib.as_bytes())];
+    let directory = repository("fix_driver", &files);
+    fix(&directory, &[]).assert_code(0).assert_stderr("give the guard a name");
+    assert_eq!(read(&directory, "src/lib.rs"), lib.replace("let _ =", "let _guard ="));
+}
+
 #[test]
 fn a_guard_takes_imports_along_that_nothing_needs_any_more() {
-    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ceid-core").canonicalize().expect("it is there");
-    let manifest = format!(
-        "[package]\nname = \"hall\"\nversion = \"0.1.0\"\nedition = \"2021\"\n\n[dependencies]\nceid-core = {{ path = {core:?} }}\n"
-    );
+    let manifest = manifest_with_core();
     let filter = "\
 pub trait SampledFilter {
     fn update(&mut self);

@@ -35,8 +35,10 @@ fn check(folder: &str, flags: &[&str]) {
     let by_hand = report.pairs().expect("the report is read");
     let by_hand: Vec<String> =
         by_hand.iter().filter(|pair| pair.verdict != "guarded").map(ToString::to_string).collect();
-    // Those that a gate updates less often, and the one that its loop reads after the update.
-    let stays = |pair: &String| pair.contains("slow gated") || pair.contains("read_later once");
+    // Those that a gate updates less often, the one that its loop reads after the update, and what a loop calls that has its own.
+    let stays = |pair: &String| {
+        ["slow gated", "read_later once", "copter.notches[*] per_sample"].iter().any(|own| pair.contains(own))
+    };
     assert!(by_hand.iter().all(stays), "{by_hand:#?}");
     let is_partly = by_hand.iter().any(|pair| pair.contains("read_later"));
     let said = if is_partly { "`read_later` is used here after its update" } else { "nothing to migrate" };
@@ -110,6 +112,55 @@ fn what_is_refused_says_why() {
     }
     wrong.extend(found.iter().map(|(name, line, reason)| format!("{name}:{line}: not marked: {reason}")));
     assert!(wrong.is_empty(), "{wrong:#?}\n{}", said.stderr);
+}
+
+/// A panic that a test beside the sources catches or expects shows what a guard does where an iteration panics.
+#[test]
+fn tests_beside_the_sources_see_panics() {
+    let text = "\
+trait SampledFilter { fn update(&mut self); }
+struct Lag(i64);
+impl SampledFilter for Lag { fn update(&mut self) { self.0 += 1; } }
+struct Tape([i64; 3], usize);
+impl SampledFilter for Tape { fn update(&mut self) { self.1 += self.0[self.1] as usize; } }
+fn lag(lag: &mut Lag, inputs: &[i64]) {
+    for input in inputs {
+        assert!(*input % 2 == 0);
+        lag.update();
+    }
+}
+fn tape(inputs: &[i64; 4]) -> i64 {
+    let (mut sum, mut tape) = (0, Tape([1; 3], 0));
+    for step in 0..3 {
+        sum += inputs[tape.1 + step];
+        tape.update();
+    }
+    sum
+}
+fn main() {
+    lag(&mut Lag(0), &[2, 4]);
+    println!(\"{}\", tape(&[1; 4]));
+}
+";
+    let check = |name: &str, test: &str, said: &str, migrated: u8| {
+        let directory = package(name, &[("rig".to_owned(), text.to_owned())]);
+        workspace::write(&directory, "tests/panics.rs", test.as_bytes());
+        let run = migrate(&directory, &["--all"]);
+        run.assert_code(0).assert_stderr(said).assert_stderr(&format!("migrated {migrated} of 2 loops"));
+    };
+    check(
+        "migrate_caught_beside",
+        "#[test] fn it_is_caught() { assert!(std::panic::catch_unwind(|| panic!()).is_err()); }\n",
+        "line 8: the law of `lag` runs as well where the iteration panics, and the program catches panics",
+        0,
+    );
+    check(
+        "migrate_expected_beside",
+        "#[test] #[should_panic] fn it_panics() { panic!(); }\n",
+        "line 15: where the iteration panics, `update` of `tape` runs as well, and may panic a second time, which ends the program, and \
+         tests expect panics",
+        1,
+    );
 }
 
 /// Copies a case's files into a directory.

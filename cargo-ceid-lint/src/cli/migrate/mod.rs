@@ -387,6 +387,10 @@ fn left(pair: &Pair) -> Option<String> {
             "runs at a slower rate, and a guard updates it in each cycle: give it a `Divider` of ceid-core and its owner a `SampledFilter` \
              with `tick.every`, or leave it as it is"
         }
+        (Verdict::Gated, Some(Gate::Config)) if name.ends_with("[*]") => {
+            "is updated in part, as a setting says, and a guard updates all that it holds in each cycle: keep those that are updated \
+             in a collection of their own, or leave it as it is"
+        }
         (Verdict::Gated, Some(Gate::Config)) => {
             "is updated or not, as a setting says, and a guard updates what it holds in each cycle: choose the loop by the setting, or \
              give the guard an `Option`, which is a filter where its content is one"

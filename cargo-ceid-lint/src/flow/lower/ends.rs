@@ -12,11 +12,11 @@ impl Builder<'_> {
         self.note_dropped_state(value);
         if self.at.is_some()
             && (self.destroyed_by(value).is_none() || value.leaves_by.is_some())
-            && !self.is_guard(expr)
+            && !self.is_guard_value(expr, value)
         {
             return self.drop_now(expr, value, span);
         }
-        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+        if self.at.is_some() && self.is_guard_value(expr, value) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "it is never bound to a name");
         }
     }
@@ -24,7 +24,7 @@ impl Builder<'_> {
     /// `let _ = value;`
     pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
         self.note_dropped_state(value);
-        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+        if self.at.is_some() && self.is_guard_value(expr, value) && !self.is_bound(value) {
             return self.mark_dropped(expr, value, span, "`let _` drops it at once");
         }
         self.drop_unnamed(expr, value);

@@ -17,6 +17,11 @@ impl Builder<'_> {
         self.is_guard_ty(self.ty(id))
     }
 
+    /// Whether the value of an expression is a guard: by its type, or because one was made there.
+    pub(super) fn is_guard_value(&self, id: ExprId, value: &Value) -> bool {
+        self.is_guard(id) || value.place.as_ref().is_some_and(|place| self.is_made(place))
+    }
+
     /// Whether an expression asks a clock of ceid-core for the next cycle: `None` says that there is none.
     pub(super) fn asks_for_cycle(&self, id: ExprId) -> bool {
         let ty = self.ty(id);
@@ -173,10 +178,10 @@ impl Builder<'_> {
         if let Some(id) = var.and_then(|var| self.guards_of.get(&var)) {
             return Some(*id);
         }
-        if !self.is_guard(expr) {
+        if !self.is_guard_value(expr, value) {
             return None;
         }
-        let made = value.place.as_ref().map(|place| self.take_made(place)).unwrap_or_default();
+        let made = var.map(|var| self.take_made(&Place::var(var))).unwrap_or_default();
         let id = match made.into_iter().next() {
             Some(made) => self.guard_from(made),
             None => self.add_guard(self.span(expr), Vec::new(), Vec::new(), Vec::new()),

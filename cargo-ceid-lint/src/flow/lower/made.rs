@@ -50,9 +50,9 @@ impl Builder<'_> {
         self.made.push(Made { place, lent, span, in_loop, born, is_moved: false, is_arriving: false });
     }
 
-    /// Whether a guard that no name holds is at a place.
+    /// Whether a guard that no name holds is at a place, or in what holds that.
     pub(super) fn is_made(&self, place: &Place) -> bool {
-        self.made.iter().any(|made| made.place == *place)
+        self.made.iter().any(|made| lies_at(place, &made.place))
     }
 
     /// Takes the guards that are or lie at a place.
