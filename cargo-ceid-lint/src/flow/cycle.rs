@@ -128,6 +128,8 @@ pub struct LoopInfo {
     pub closure: Option<Span>,
     /// Who runs its rounds.
     pub caller: Caller,
+    /// The nodes at which something unseen gets its closure, or may run it.
+    pub handed: Vec<NodeId>,
     /// The source text of what it runs over, for messages.
     pub text: String,
     /// What a comment above it says.
