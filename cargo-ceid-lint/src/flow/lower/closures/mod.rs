@@ -1,5 +1,7 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
+mod callables;
+
 use super::sources::Source;
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
