@@ -32,6 +32,7 @@ mod given_heads;
 mod guards;
 mod handed;
 mod handles;
+mod idle;
 mod instances;
 mod kept;
 mod lent;

@@ -260,11 +260,10 @@ impl Summaries {
                 }
                 Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
-                Effect::Unknown { places, cause } => {
-                    for place in places {
-                        note_unknown(graph, &aliases, place, cause, &mut unknown);
-                    }
-                }
+                Effect::Unknown { places, cause } => places
+                    .iter()
+                    .filter(|place| !self.leaves_alone(graph, &aliases, id, place))
+                    .for_each(|place| note_unknown(graph, &aliases, place, cause, &mut unknown)),
                 Effect::Call(site) => self.add_call(graph, &aliases, site, &mut summary, &mut touched, &mut unknown),
                 Effect::Write(write) => {
                     note(graph, &aliases, &write.place, &mut summary.writes);
@@ -444,7 +443,8 @@ impl Summaries {
                 Effect::Write(write) => write.place == instance && replaces_generic(graph, id, &instance),
                 _ => false,
             });
-            let holds_filter = holds_filter_at(program.index, graph, &instance);
+            let holds_filter =
+                holds_filter_at(program.index, graph, &instance) || self.only_resets(graph, aliases, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
                 let cause = if is_moved(graph, &instance) {
                     Cause::Moved(program.index.function(graph.function).name.clone())

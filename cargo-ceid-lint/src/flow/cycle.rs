@@ -128,6 +128,8 @@ pub struct LoopInfo {
     pub closure: Option<Span>,
     /// Who runs its rounds.
     pub caller: Caller,
+    /// The nodes at which something unseen gets its closure, or may run it.
+    pub handed: Vec<NodeId>,
     /// The source text of what it runs over, for messages.
     pub text: String,
     /// What a comment above it says.
@@ -168,10 +170,12 @@ impl LoopInfo {
         self.limits.iter().any(|limit| matches!(limit, Limit::Length(Length { value: None, .. })))
     }
 
-    /// Whether a constant says how often it runs, known or not.
+    /// Whether a constant says how often it runs, known or not. One that each type has its own of, and that numbers what the rounds
+    /// take or fill, is the length of a block of samples: `for i in 0..S::BLOCK { put(&mut out, i, tone.next()) }`.
     #[must_use]
     pub fn has_constant_rounds(&self) -> bool {
-        matches!(self.rounds, Rounds::Constant(_)) || self.has_untold_rounds()
+        let is_block = || !self.indexes.is_empty() || !self.sampled.is_empty();
+        matches!(self.rounds, Rounds::Constant(_)) || self.has_untold_rounds() && !is_block()
     }
 
     /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.

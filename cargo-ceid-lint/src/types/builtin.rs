@@ -136,8 +136,7 @@ pub(super) fn family(name: &str) -> &str {
     if ["SlotMap", "SecondaryMap", "EnumMap"].iter().any(|map| name.ends_with(map)) {
         return "HashMap";
     }
-    let of_std = ["HashMap", "IndexMap", "HashSet"].into_iter().find(|of_std| name.ends_with(of_std));
-    of_std.unwrap_or(name)
+    ["HashMap", "IndexMap", "HashSet"].into_iter().find(|of_std| name.ends_with(of_std)).unwrap_or(name)
 }
 
 /// An iterator over items of a type.
@@ -462,6 +461,7 @@ fn map_method(key: &Ty, value: &Ty, method: &str) -> Option<Ty> {
         "keys" => iterator(lent(key.clone(), method)),
         "len" => Ty::Int,
         "is_empty" | "contains_key" => Ty::Bool,
+        "extend" => Ty::unit(),
         _ => return None,
     })
 }

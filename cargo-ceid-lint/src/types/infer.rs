@@ -63,7 +63,8 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
 }
 
 /// The types of a function's parameters, `self` first.
-pub(super) fn param_types(index: &Index, def: &FunctionDef, scope: &TyScope<'_>) -> Vec<Ty> {
+#[must_use]
+pub fn param_types(index: &Index, def: &FunctionDef, scope: &TyScope<'_>) -> Vec<Ty> {
     let mut params = Vec::new();
     if let Some(receiver) = &def.function.receiver {
         let self_ty = scope.self_ty.clone().unwrap_or(Ty::Unknown);

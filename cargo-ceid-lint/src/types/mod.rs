@@ -28,6 +28,7 @@ use crate::syntax::tree::{ExprId, PatId};
 pub use adapted::ADAPTED;
 pub use builtin::{is_lock, is_pointer, is_transparent, opens_cell};
 pub use calls::names_constructor;
+pub use infer::param_types;
 
 /// A variable of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -114,7 +114,7 @@ pub(super) struct Search<'a> {
     reads: RefCell<FxHashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
-    one_updates: OnceCell<BTreeSet<NodeId>>,
+    told: OnceCell<BTreeSet<NodeId>>,
     /// See [`Self::homes`].
     homes: OnceCell<Vec<Place>>,
     /// The branches that ask whether it is there, as far as it was looked.
@@ -153,7 +153,7 @@ impl<'a> Search<'a> {
             called: RefCell::default(),
             reads: RefCell::default(),
             updating: OnceCell::new(),
-            one_updates: OnceCell::new(),
+            told: OnceCell::new(),
             homes: OnceCell::new(),
             presence: RefCell::default(),
             feeding: RefCell::default(),
@@ -357,7 +357,7 @@ impl<'a> Search<'a> {
         let is_told = |cause: &&Cause| !cause.is_order() || !self.instance.has_no_order();
         match &self.graph.node(id).effect {
             Effect::Unknown { places, cause } if places.iter().any(|place| self.may_be(place, false)) => {
-                Some(cause).filter(is_told).filter(|_| !self.is_one_update(id))
+                Some(cause).filter(is_told).filter(|_| !self.is_told(id))
             }
             Effect::Call(site) => self
                 .aliases

@@ -245,7 +245,7 @@ impl<'s, 'a> Run<'s, 'a> {
             Effect::Unknown { places, cause } => {
                 let mut next = state.clone();
                 let may_hold = || places.iter().any(|place| self.may_hold(state, place));
-                if may_hold() && !self.search.is_one_update(state.node) {
+                if may_hold() && !self.search.is_told(state.node) {
                     next.unknown = Some(self.cause(cause));
                 }
                 for place in places {

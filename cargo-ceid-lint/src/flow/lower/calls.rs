@@ -15,17 +15,6 @@ impl Builder<'_> {
         }
         match self.typed().callees.get(&id) {
             Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
-            Some(Callee::Closure(_) | Callee::Parameter(_)) => {
-                let value = self.expr(callee);
-                let values = self.values(args);
-                match value.closure {
-                    Some(closure) => self.call_closure(id, closure, values),
-                    None => {
-                        self.calls_kept(callee, &value);
-                        self.unknown_call(id, self.text(callee), args, &values)
-                    }
-                }
-            }
             Some(Callee::Resolved(_)) if let Some(lent) = self.static_lent(id) => {
                 Value { place: Some(lent), is_owned: false, ..Value::default() }
             }
@@ -42,15 +31,16 @@ impl Builder<'_> {
                 self.external_call(id, &path, args)
             }
             Some(Callee::Builtin) => self.path_method(id, callee, args),
-            Some(Callee::Unknown) | None => {
+            Some(Callee::Closure(_) | Callee::Parameter(_) | Callee::Unknown) | None => {
                 let value = self.expr(callee);
                 let values = self.values(args);
-                match value.closure {
-                    Some(closure) => self.call_closure(id, closure, values),
-                    None => {
-                        self.calls_kept(callee, &value);
-                        self.unknown_call(id, self.text(callee), args, &values)
-                    }
+                if let Some(closure) = value.closure {
+                    return self.call_closure(id, closure, values);
+                }
+                self.calls_kept(callee, &value);
+                match self.call_one_of_all(id, callee, args, &values) {
+                    Some(value) => value,
+                    None => self.unknown_call(id, self.text(callee), args, &values),
                 }
             }
         }

@@ -87,6 +87,7 @@ impl Builder<'_> {
             is_foreign: self.is_foreign(),
             closure: None,
             caller: Caller::Code,
+            handed: Vec::new(),
             directive: self.program.directive(keyword),
             text,
         }

@@ -42,9 +42,21 @@ impl Builder<'_> {
         }
     }
 
-    /// What a statement fills at the number of a round, and with what: `out.write(i, gain * level)`.
+    /// What a statement fills at the number of a round, and with what: `out.write(i, gain * level)`, `put(&mut out, i, level)`.
     fn filling(&self, statement: ExprId) -> Option<(ExprId, Vec<ExprId>)> {
-        let ExprKind::MethodCall { receiver, args, .. } = &self.body().expr(statement).kind else { return None };
+        let (receiver, args) = match &self.body().expr(statement).kind {
+            ExprKind::MethodCall { receiver, args, .. } => (receiver, &args[..]),
+            ExprKind::Call { args, .. } => {
+                let is_lent = |arg: &ExprId| matches!(self.ty(*arg), Ty::Ref(true, _));
+                let lent = args.iter().position(is_lent)?;
+                let filled = match &self.body().expr(args[lent]).kind {
+                    ExprKind::Reference { value, .. } => value,
+                    _ => &args[lent],
+                };
+                (filled, &args[lent + 1..])
+            }
+            _ => return None,
+        };
         // Where each round has an item, its number is that of the item.
         let counters = || self.graph.loops.iter().filter(|info| info.items.is_empty()).filter_map(|info| info.counter);
         let (numbers, values): (Vec<ExprId>, Vec<ExprId>) =

@@ -102,7 +102,9 @@ impl Builder<'_> {
                 };
                 if may_be && !self.graph.is_within(within, closure.id) {
                     places.extend(closure.places.iter().cloned());
-                    self.graph.loops[closure.id.0 as usize].caller = Caller::Keeper;
+                    let info = &mut self.graph.loops[closure.id.0 as usize];
+                    info.caller = Caller::Keeper;
+                    info.handed.push(call.node);
                 }
             }
             if !places.is_empty() {

@@ -1,5 +1,7 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
+mod callables;
+
 use super::sources::Source;
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
@@ -229,11 +231,10 @@ impl Builder<'_> {
             return;
         }
         let places = self.captured_to_update(closure);
-        if !places.is_empty() {
-            self.emit(Effect::Unknown { places: places.clone(), cause }, span);
-        }
+        let handed = (!places.is_empty()).then(|| self.emit(Effect::Unknown { places: places.clone(), cause }, span));
         let id = LoopId(u32::try_from(self.graph.loops.len()).unwrap_or(u32::MAX));
         self.callback(closure, Caller::Unseen, span);
+        self.graph.loops[id.0 as usize].handed.extend(handed);
         self.stored.closures.push(StoredClosure { id, places, holder });
     }
 

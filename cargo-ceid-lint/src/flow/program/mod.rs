@@ -1,5 +1,9 @@
 //! What is known of the code before any of it is a graph.
 
+mod callables;
+
+pub use callables::Callables;
+
 use crate::index::{BodyOwner, FunctionId, Index};
 use crate::parallel::Cores;
 use crate::source::Span;
@@ -13,6 +17,8 @@ pub struct Program<'a> {
     pub index: &'a Index,
     /// The typed bodies of all functions, by number.
     pub bodies: &'a [Option<TypedBody>],
+    /// What may stand behind values that are only called.
+    pub callables: &'a Callables,
     /// The text of the sources, for messages.
     pub sources: &'a crate::source::SourceMap,
     /// What comments say of loops, functions and gates.

@@ -1,0 +1,78 @@
+//! Calls of values of which the analysed code does not tell where they stand which closure they are: `(event.callback)(self)`.
+
+use std::collections::BTreeSet;
+
+use super::{Builder, ClosureRef, Frame, Value};
+use crate::index::FunctionId;
+use crate::syntax::tree::ExprId;
+use crate::types::{Callee, LocalId};
+
+impl Builder<'_> {
+    /// Runs one of all closures and functions that may stand behind a called value, where it is lent a filter; `None` if they are not
+    /// all known.
+    pub(in crate::flow::lower) fn call_one_of_all(
+        &mut self,
+        id: ExprId,
+        callee: ExprId,
+        args: &[ExprId],
+        values: &[Value],
+    ) -> Option<Value> {
+        let is_lent = |(arg, value): (&ExprId, &Value)| value.place.is_some() && self.may_hold_filter(self.ty(*arg));
+        let is_plain = values.iter().all(|value| value.closure.is_none() && value.iterator.is_none());
+        if self.at.is_none() || !is_plain || !args.iter().zip(values).any(is_lent) {
+            return None;
+        }
+        let known = match self.typed().callees.get(&id) {
+            Some(Callee::Parameter(local)) => match self.parameter_of(*local) {
+                Some((function, number)) => self.program.callables.given_to(function, number)?,
+                None => self.program.callables.behind(&self.typed().local(*local).ty.called_as()?.0)?,
+            },
+            _ => self.program.callables.behind(&self.ty(callee).called_as()?.0)?,
+        };
+        // What one of them calls in turn may be any of them again.
+        if known.iter().any(|(function, _)| self.inlining[1..].contains(function)) {
+            return None;
+        }
+        self.lends_kept(id, &[], args, values);
+        let frames = self.frames.len();
+        let choices: Option<Vec<ClosureRef>> =
+            known.iter().map(|(function, expr)| self.stand_apart(*function, *expr)).collect();
+        let Some(choices) = choices else {
+            self.frames.truncate(frames);
+            return None;
+        };
+        let depth = self.inlining.len();
+        self.inlining.extend(known.iter().map(|(function, _)| *function));
+        self.run_one_of(&choices, values, self.span(id));
+        self.inlining.truncate(depth);
+        self.give_away(id, &[], args, values);
+        Some(Value::default())
+    }
+
+    /// The function of which a local is a parameter, and its number.
+    fn parameter_of(&self, local: LocalId) -> Option<(FunctionId, usize)> {
+        let mut params = self.body().params.iter();
+        let number = params.position(|pat| self.typed().pat_local.get(pat) == Some(&local))?;
+        Some((self.program.index.origin(self.frames[self.frame].function), number))
+    }
+
+    /// A closure or function as it stands in another body, whose variables have no names here: what a closure captures is judged
+    /// where it is made.
+    fn stand_apart(&mut self, function: FunctionId, expr: ExprId) -> Option<ClosureRef> {
+        let body = self.program.index.function(function).function.body.as_ref()?;
+        let typed = self.program.typed(function)?;
+        let span = body.expr(expr).span;
+        self.frames.push(Frame::new(function, body, typed));
+        let frame = self.frames.len() - 1;
+        let named = typed.expr_local.iter().filter(|(named, _)| span.contains(body.expr(**named).span));
+        let locals: BTreeSet<LocalId> = named.map(|(_, local)| *local).collect();
+        for local in locals {
+            let info = typed.local(local);
+            if !span.contains(info.span) {
+                let hidden = self.temporary(info.ty.clone(), info.span);
+                self.frames[frame].vars.insert(local, hidden);
+            }
+        }
+        Some(ClosureRef { frame, expr })
+    }
+}
