@@ -2,7 +2,7 @@
 
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, Region, State};
-use crate::flow::{Assignment, Cause, LoopId, Place, Rounds};
+use crate::flow::{Assignment, Cause, LoopId, NodeId, Place, Rounds};
 
 impl Run<'_, '_> {
     /// Another round of a loop, or no more.
@@ -17,7 +17,8 @@ impl Run<'_, '_> {
         let named = if is_own { self.search.with_items(&plain, id) } else { plain.clone() };
         let plain_id = self.names.intern(named);
         let Some(copies) = self.copies_in_round(state.copies, id, false) else { return };
-        let state = State { names: plain_id, copies, ..state.clone() };
+        let masks = if is_own { self.in_next_iteration(state.masks, id) } else { state.masks };
+        let state = State { names: plain_id, copies, masks, ..state.clone() };
         let mut rounds = self.rounds.get(state.rounds).clone();
         let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
         let is_region = self.region == Region::Loop(id);
@@ -112,6 +113,29 @@ impl Run<'_, '_> {
         for to in rest {
             self.follow(at, state.clone(), *to);
         }
+    }
+
+    /// What is known in the next round of the same element, which is one of the next iteration: what that gives anew may be anything.
+    fn in_next_iteration(&mut self, masks: u32, id: LoopId) -> u32 {
+        let graph = self.search.graph;
+        let parent = graph.loop_info(id).parent;
+        let is_anew = |node: &NodeId| {
+            let within = graph.node(*node).in_loop;
+            !graph.is_within(within, id) && parent.is_none_or(|parent| graph.is_within(within, parent))
+        };
+        let is_given = |place: &Place| {
+            let var = place.base_var().filter(|_| parent.is_none());
+            let info = var.map(|var| (graph.var(var), graph.leaves_behind(var)));
+            info.is_some_and(|(info, is_lent)| info.param.is_some() && info.name != "self" && !is_lent)
+        };
+        let mut all = self.masks.get(masks).clone();
+        for (at, subject) in self.tracked.subjects.iter().enumerate() {
+            let own = &graph.subjects[subject.0 as usize];
+            if own.reads.iter().any(is_given) || self.search.writers_of(*subject).iter().any(is_anew) {
+                all[at] = own.anything();
+            }
+        }
+        self.masks.intern(all)
     }
 
     /// Whether the iterations that are followed for a mode are the rounds of a loop over elements: each is one of the same element.
