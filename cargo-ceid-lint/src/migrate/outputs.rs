@@ -71,10 +71,7 @@ pub(super) fn instead(
 
 /// Whether an update is an arm of a `match` whose value is nothing, and that nothing uses.
 fn is_idle_arm(of: &LoopBody<'_>, site: &Site) -> bool {
-    let arms = match of.parent(site.outer).map(|around| of.kind(around)) {
-        Some(ExprKind::Match { arms, .. }) => arms,
-        _ => return false,
-    };
+    let Some(ExprKind::Match { arms, .. }) = of.parent(site.outer).map(|around| of.kind(around)) else { return false };
     let is_idle = *of.typed.ty(site.call) == Ty::unit() && !site.inputs.is_empty() && of.is_discarded(site.outer);
     is_idle && arms.iter().any(|arm| arm.body == site.outer)
 }

@@ -129,9 +129,8 @@ fn is_numbered(ty: &Ty) -> bool {
 /// Whether an index is a number below the length of its array: by its value, or because it is counted up to that.
 fn is_within(code: &Code<'_>, base: ExprId, index: ExprId) -> bool {
     let Code { loops, body, typed } = code;
-    let array = match typed.ty(base).peel() {
-        Ty::Array(_, length) => length,
-        _ => return matches!(body.expr(index).kind, ExprKind::Range { start: None, end: None, .. }),
+    let Ty::Array(_, array) = typed.ty(base).peel() else {
+        return matches!(body.expr(index).kind, ExprKind::Range { start: None, end: None, .. });
     };
     let text = |id: ExprId| loops.program.sources.snippet(body.expr(id).span);
     let is_length = |id: ExprId| match &body.expr(id).kind {
