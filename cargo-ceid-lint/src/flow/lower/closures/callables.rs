@@ -24,6 +24,8 @@ impl Builder<'_> {
         }
         let known = match self.typed().callees.get(&id) {
             Some(Callee::Parameter(local)) => match self.parameter_of(*local) {
+                // What is called once in all is read where the function is called: `fn with(&mut self, f: impl FnOnce(&mut Bus))`.
+                Some(_) if self.loops.is_empty() => return None,
                 Some((function, number)) => self.program.callables.given_to(function, number)?,
                 None => self.program.callables.behind(&self.typed().local(*local).ty.called_as()?.0)?,
             },
