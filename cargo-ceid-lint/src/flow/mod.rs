@@ -27,7 +27,7 @@ pub use lower::{
     Told, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, stands_in_for_states, told,
 };
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
-pub use program::{Callables, Program};
+pub use program::{Inferred, Program};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
 pub use strides::SampleWrite;

@@ -35,7 +35,7 @@ use self::parse::Part;
 use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse, monomorphise};
 use crate::diagnostic::{Diagnostic, Level};
-use crate::flow::{Callables, Program, lower_function};
+use crate::flow::{Inferred, lower_function};
 use crate::index::{CrateInput, FunctionId, Index};
 use crate::migrate::{self, IdleImports, Plan};
 use crate::parallel::{Cores, biggest_first, with_large_stack};
@@ -326,28 +326,13 @@ impl Run<'_> {
         let mut index = Index::build(inputs, entries::paths_outside(config, self.presets));
         let named = add_entries(&mut index)?;
         lap(Stage::Index);
-        let bodies = Program::infer_all(&index, cores);
-        let callables = Callables::of(&index, &bodies, &sources);
+        let inferred = Inferred::of(&index, &sources, cores);
         lap(Stage::Types);
-        let program = Program {
-            index: &index,
-            bodies: &bodies,
-            callables: &callables,
-            sources: &sources,
-            directives: &directives,
-            cores,
-        };
+        let program = inferred.program(&index, &sources, &directives, cores);
         let functions: Vec<FunctionId> = index.function_ids().collect();
         let mut graphs = cores.deeply(functions.len(), |at| lower_function(&program, functions[at]));
         index.instances = monomorphise(&program, &mut graphs);
-        let program = Program {
-            index: &index,
-            bodies: &bodies,
-            callables: &callables,
-            sources: &sources,
-            directives: &directives,
-            cores,
-        };
+        let program = inferred.program(&index, &sources, &directives, cores);
         lap(Stage::Flow);
         let mut too_large = too_large::functions(&program, &graphs);
         let mut analysis = analyse(&program, &mut graphs);

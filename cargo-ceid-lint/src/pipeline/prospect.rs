@@ -9,7 +9,7 @@ use super::parse::{self, Part};
 use crate::candidates::{self, Candidates};
 use crate::config::{self, Config, ConfigError};
 use crate::diagnostic::Problem;
-use crate::flow::{Callables, Program};
+use crate::flow::Inferred;
 use crate::index::{CrateInput, Index};
 use crate::parallel::{Cores, with_large_stack};
 use crate::project::Project;
@@ -53,16 +53,8 @@ fn prospect_all(
     let mut index = Index::build(inputs, paths_outside(&config, &presets));
     entries::add_presets(&presets, &project.graph, &mut index)?;
     let cores = Cores::all();
-    let bodies = Program::infer_all(&index, cores);
-    let callables = Callables::of(&index, &bodies, &sources);
-    let program = Program {
-        index: &index,
-        bodies: &bodies,
-        callables: &callables,
-        sources: &sources,
-        directives: &directives,
-        cores,
-    };
+    let inferred = Inferred::of(&index, &sources, cores);
+    let program = inferred.program(&index, &sources, &directives, cores);
     let mut workspaces = BTreeMap::new();
     let reported = || project.packages.iter().enumerate().filter(|(_, package)| package.is_reported);
     for (_, package) in reported() {

@@ -2,11 +2,11 @@
 
 mod callables;
 
-pub use callables::Callables;
+use callables::Callables;
 
 use crate::index::{BodyOwner, FunctionId, Index};
 use crate::parallel::Cores;
-use crate::source::Span;
+use crate::source::{SourceMap, Span};
 use crate::syntax::{CycleDirective, Directives};
 use crate::types::TypedBody;
 
@@ -20,7 +20,7 @@ pub struct Program<'a> {
     /// What may stand behind values that are only called.
     pub callables: &'a Callables,
     /// The text of the sources, for messages.
-    pub sources: &'a crate::source::SourceMap,
+    pub sources: &'a SourceMap,
     /// What comments say of loops, functions and gates.
     pub directives: &'a Directives,
     /// How many cores the analysis may take.
@@ -39,11 +39,35 @@ impl<'a> Program<'a> {
     pub fn directive(&self, place: Span) -> Option<CycleDirective> {
         self.directives.of_cycle(self.sources, place)
     }
+}
 
+/// What is inferred of all bodies, which a [`Program`] lends.
+#[derive(Debug)]
+pub struct Inferred {
+    bodies: Vec<Option<TypedBody>>,
+    callables: Callables,
+}
+
+impl Inferred {
     /// Infers the types of all functions of an index.
     #[must_use]
-    pub fn infer_all(index: &Index, cores: Cores) -> Vec<Option<TypedBody>> {
+    pub fn of(index: &Index, sources: &SourceMap, cores: Cores) -> Self {
         let functions: Vec<FunctionId> = index.function_ids().collect();
-        cores.deeply(functions.len(), |at| crate::types::infer(index, BodyOwner::Function(functions[at])))
+        let infer = |at: usize| crate::types::infer(index, BodyOwner::Function(functions[at]));
+        let bodies = cores.deeply(functions.len(), infer);
+        let callables = Callables::of(index, &bodies, sources);
+        Self { bodies, callables }
+    }
+
+    /// What the lowering may ask of these bodies.
+    #[must_use]
+    pub fn program<'a>(
+        &'a self,
+        index: &'a Index,
+        sources: &'a SourceMap,
+        directives: &'a Directives,
+        cores: Cores,
+    ) -> Program<'a> {
+        Program { index, bodies: &self.bodies, callables: &self.callables, sources, directives, cores }
     }
 }
