@@ -51,6 +51,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             && matches!(site.filter, Ty::Adt(..))
             && site.inputs.is_empty()
             && !site.is_used
+            && !site.is_unwrapped()
             && site.half == 0
     };
     let is_plain = own.sites.iter().all(is_ours)
@@ -70,7 +71,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     let each = each(of, own);
     if each.is_none() && (own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole)) {
         // What a guard cannot have as it is, and cannot be lent, says so by itself.
-        return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used) {
+        return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used || site.is_unwrapped()) {
             Some(site) if !site.inputs.is_empty() => Err(refuse(format!(
                 "the law of the elements of `{}` takes an input: let each filter keep its input, as in ceid-core's `Sample`, and \
                      its law take none",

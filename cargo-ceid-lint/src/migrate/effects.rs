@@ -11,6 +11,7 @@ use super::observed::outlives_panic;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, shared_part, side_effect};
 use super::sites::Part;
+use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
 
@@ -81,16 +82,36 @@ impl Effects<'_> {
     pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
         let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
-        let is_outlived = || self.loops.are_threads_outlived(of.function) && outlives_panic(of, own);
-        let is_caught = of.are_panics_caught || is_outlived();
-        let which = if is_caught { Panics::Any } else { Panics::OnPurpose };
-        let mut found: Vec<(ExprId, String)> = Vec::new();
-        if let Some(law) =
-            own.laws().into_iter().find(|law| may_panic(self.loops, *law, which)).filter(|_| !self.is_last())
-        {
-            let law = &of.program.index.function(law).name;
-            let at = own.sites.first().map_or(own.at, |site| site.call);
-            found.push((at, format!("where `{law}` of `{}` panics, the rest of the iteration has run", own.spelled)));
+        let is_thread_outlived = self.loops.are_threads_outlived(of.function) && may_run_in_thread(of);
+        let is_caught = of.are_panics_caught || is_thread_outlived && outlives_panic(of, own);
+        let who = match of.are_panics_caught {
+            true => "the program catches panics",
+            false => "others go on where its thread has panicked",
+        };
+        let line = |at: ExprId| of.program.sources.line(of.span(at));
+        let changed =
+            |(at, text): (ExprId, String), who: &str| Reason { span: of.span(at), text: format!("{text}, and {who}") };
+        let told = |(at, text): (ExprId, String)| format!("{text} (line {})", line(at));
+        let which = |is_seen: bool| if is_seen { Panics::Seen } else { Panics::OnPurpose };
+        let mut changes = Vec::new();
+        let mut notes = Vec::new();
+        // What the rest of the iteration does is seen by who goes on, whether the filter is there then or not.
+        let goes_on = of.are_panics_caught || is_thread_outlived;
+        let site = own.sites.first();
+        let fails = |law: &FunctionId| may_panic(self.loops, *law, which(goes_on));
+        let failing = match own.sites.iter().find(|site| site.is_unwrapped()) {
+            Some(site) => Some((
+                site.call,
+                format!("the result of `{}` of `{}` is unwrapped and panics", site.method, own.spelled),
+            )),
+            None => own.laws().into_iter().find(fails).map(|law| {
+                let law = &of.program.index.function(law).name;
+                (site.map_or(own.at, |site| site.call), format!("`{law}` of `{}` panics", own.spelled))
+            }),
+        };
+        if let Some((at, what)) = failing.filter(|_| !self.is_last()) {
+            let found = (at, format!("where {what}, the rest of the iteration has run"));
+            if goes_on { changes.push(changed(found, who)) } else { notes.push(told(found)) }
         }
         // Without its input, no law runs.
         let is_before = |id: &&ExprId| {
@@ -103,29 +124,22 @@ impl Effects<'_> {
         let first = of
             .inside
             .iter()
-            .filter(|id| !is_fed && !is_above(**id) && panics(self.loops, of.body, of.typed, **id, which))
+            .filter(|id| !is_fed && !is_above(**id) && panics(self.loops, of.body, of.typed, **id, which(is_caught)))
             .filter(is_before);
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
-            found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));
+            let found = (*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled));
+            if is_caught { changes.push(changed(found, who)) } else { notes.push(told(found)) }
         }
-        let changed =
-            |(at, text): (ExprId, String), who: &str| Reason { span: of.span(at), text: format!("{text}, and {who}") };
         if is_caught {
-            let who = match of.are_panics_caught {
-                true => "the program catches panics",
-                false => "others go on where its thread has panicked",
-            };
-            return (found.into_iter().map(|found| changed(found, who)).collect(), Vec::new());
+            return (changes, notes);
         }
-        let mut changes = Vec::new();
         match self.second_panic(own, &is_above) {
             Some(second) if self.loops.are_panics_expected(of.function) => {
                 changes.push(changed(second, "tests expect panics"));
             }
-            second => found.extend(second),
+            second => notes.extend(second.map(told)),
         }
-        let line = |at: ExprId| of.program.sources.line(of.span(at));
-        (changes, found.into_iter().map(|(at, text)| format!("{text} (line {})", line(at))).collect())
+        (changes, notes)
     }
 
     /// Where an iteration may panic whose guard then runs a law that may panic as well, which ends the program.
@@ -148,4 +162,10 @@ impl Effects<'_> {
             ),
         ))
     }
+}
+
+/// Whether a loop may run in a thread other than that of `main`.
+fn may_run_in_thread(of: &LoopBody<'_>) -> bool {
+    let is_closure = |at: ExprId| matches!(of.kind(at), ExprKind::Closure(_));
+    of.program.index.function(of.function).name != "main" || of.ancestors(of.whole).any(is_closure)
 }

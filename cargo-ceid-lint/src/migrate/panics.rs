@@ -17,8 +17,11 @@ pub(super) enum Panics {
     OnPurpose,
     /// Those of an index, of a division and of a loan as well, and those of functions that are called.
     Any,
-    /// All those, and what fails in a state that the program never asked for another sample in: a subtraction that goes below zero, a
-    /// loop that does not come to its end.
+    /// All those that come in a release build, too, and a subtraction that goes below zero: what somebody sees who goes on after it.
+    /// Other sums and products overflow in a debug build only, and every counter would be one.
+    Seen,
+    /// Those of `Any`, and what fails in a state that the program never asked for another sample in: a subtraction that goes below
+    /// zero, a loop that does not come to its end.
     Anew,
 }
 
@@ -69,6 +72,7 @@ fn panics_itself(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, 
     let code = Code { loops, body, typed };
     let is_any = which != Panics::OnPurpose;
     let is_anew = which == Panics::Anew;
+    let is_seen = which == Panics::Seen;
     if is_any && typed.callees.get(&id).is_some_and(|callee| unwinds(loops, callee)) {
         return true;
     }
@@ -83,6 +87,7 @@ fn panics_itself(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, 
             ("borrow" | "borrow_mut", 0) => is_any && lock_behind(typed.ty(*receiver)) == Some("RefCell"),
             ("unwrap_err", 0)
             | ("expect_err" | "split_at" | "split_at_mut" | "copy_from_slice" | "clone_from_slice", 1) => is_any,
+            ("clamp", 2) => is_seen && !is_ordered(&code, args[0], args[1]),
             ("remove" | "swap_remove" | "split_off", 1) | ("insert" | "swap", 2) => {
                 is_any && is_numbered(typed.ty(*receiver))
             }
@@ -91,7 +96,8 @@ fn panics_itself(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, 
         ExprKind::Index { base, index } => is_any && !is_within(&code, *base, *index),
         ExprKind::Binary { op, lhs, rhs: by } | ExprKind::AssignOp { op, place: lhs, value: by } => {
             let is_below = || *op == "-" && code.may_go_below(*lhs, *by);
-            is_any && divides(op, typed.ty(*lhs)) && !is_other_than_zero(&code, *by) || is_anew && is_below()
+            is_any && divides(op, typed.ty(*lhs)) && !is_other_than_zero(&code, *by)
+                || (is_anew || is_seen) && is_below()
         }
         ExprKind::Loop { .. } => is_anew,
         ExprKind::While { condition, .. } => is_anew && !drains(body, *condition),
@@ -166,17 +172,33 @@ fn is_within(code: &Code<'_>, base: ExprId, index: ExprId) -> bool {
 impl Code<'_> {
     /// The number that an expression is: a literal, or a constant with one.
     fn constant(&self, id: ExprId) -> Option<u64> {
-        let number = |body: &Body, id: ExprId| match body.expr(id).kind {
+        self.written(id, |body, id| match body.expr(id).kind {
             ExprKind::Literal(Literal::Int(number, _)) => number,
             _ => None,
-        };
+        })
+    }
+
+    /// The same for a number of any kind, which may have a sign.
+    fn number(&self, id: ExprId) -> Option<f64> {
+        if let ExprKind::Negate(inner) = self.body.expr(id).kind {
+            return self.number(inner).map(|number| -number);
+        }
+        self.written(id, |body, id| match &body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(number, _)) => Some(f64::from(u32::try_from((*number)?).ok()?)),
+            ExprKind::Literal(literal) => literal.float(),
+            _ => None,
+        })
+    }
+
+    /// What is read of an expression, or of the value of the constant that it names.
+    fn written<T>(&self, id: ExprId, read: impl Fn(&Body, ExprId) -> Option<T>) -> Option<T> {
         match self.typed.expr_def.get(&id) {
             Some(Def::Value(value)) => {
                 let item = &self.loops.program.index.value(*value).item;
                 let value = item.value.as_ref().filter(|_| !item.is_static)?;
-                number(value, value.root)
+                read(value, value.root)
             }
-            _ => number(self.body, id),
+            _ => read(self.body, id),
         }
     }
 }
@@ -190,6 +212,11 @@ fn drains(body: &Body, condition: ExprId) -> bool {
 
 fn divides(op: &str, ty: &Ty) -> bool {
     matches!(op, "/" | "%") && *ty.peel() == Ty::Int
+}
+
+/// Whether the bounds of a `clamp` are numbers of which the first one is not the larger one: `-1.0, LIMIT`.
+fn is_ordered(code: &Code<'_>, low: ExprId, high: ExprId) -> bool {
+    code.number(low).zip(code.number(high)).is_some_and(|(low, high)| low <= high)
 }
 
 /// Whether a divisor is a number other than zero.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::loops::Loops;
 use super::owned::is_dropped_in_silence;
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId};
+use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId, ValueDef};
 use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
 use crate::types::{Callee, Resolved, TypedBody};
 
@@ -50,6 +50,9 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                 ExprKind::Macro(call) if is_output(&call.path, &call.kind) => {
                     return Some(format!("prints with `{}!`", call.path));
                 }
+                ExprKind::Macro(call) if writes_out(typed, &call.path, &call.kind) => {
+                    return Some(format!("writes with `{}!`", call.path));
+                }
                 ExprKind::Opaque(call) => return Some(format!("calls the macro `{}!`, which is not read", call.path)),
                 ExprKind::Unknown { what, .. } => return Some(format!("has {what}")),
                 _ => {}
@@ -60,7 +63,11 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
             _ => None,
         };
         let mut values = (0u32..).take(body.exprs.len()).filter_map(value);
-        if let Some(own) = values.find(|value| value.item.is_static) {
+        let is_table = |value: &ValueDef| {
+            let scope = program.index.scope(value.module, value.owner, None);
+            !value.item.is_mutable && is_plain(program.index, &program.index.lower(&value.item.ty, &scope))
+        };
+        if let Some(own) = values.find(|value| value.item.is_static && !is_table(value)) {
             return Some(format!("uses the static `{}`", own.name));
         }
     }
@@ -179,6 +186,17 @@ fn is_output(path: &str, kind: &MacroKind) -> bool {
     matches!(kind, MacroKind::Logging(_)) || matches!(name, "println" | "print" | "eprintln" | "eprint" | "dbg")
 }
 
+/// Whether a macro writes into something else than a text or bytes in memory: `writeln!(self.port, "{y}")`.
+fn writes_out(typed: &TypedBody, path: &str, kind: &MacroKind) -> bool {
+    let MacroKind::All(operands) = kind else { return false };
+    let into = operands.first().filter(|_| matches!(path.rsplit("::").next(), Some("write" | "writeln")));
+    into.is_some_and(|into| match inner(typed.ty(*into)) {
+        Ty::External(path, _) => !matches!(path.rsplit("::").next(), Some("String" | "Vec" | "Formatter")),
+        // What code of the program does with it is read as code.
+        ty => !matches!(ty, Ty::Adt(..)),
+    })
+}
+
 fn is_outside_world(path: &str) -> bool {
     let worlds =
         ["std::time::", "std::thread::", "std::fs::", "std::net::", "std::io::", "std::process::", "std::env::"];
@@ -186,6 +204,17 @@ fn is_outside_world(path: &str) -> bool {
     is_clock
         || path.contains("rand::")
         || worlds.iter().any(|world| path.starts_with(world) && !path.contains("Duration"))
+}
+
+/// Whether values of a type reach what is outside of the program: files, sockets, standard output.
+fn is_way_out(path: &str) -> bool {
+    let Some((module, name)) = path.rsplit_once("::") else { return false };
+    match module {
+        "std::fs" => name == "File",
+        "std::io" => name.starts_with("Std"),
+        "std::process" => name.starts_with("Child"),
+        _ => module.starts_with("std::") && ["Stream", "Listener", "Socket"].iter().any(|end| name.ends_with(end)),
+    }
 }
 
 /// The first part of a type by which its values share state with others.
@@ -201,6 +230,10 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
         Ty::Tuple(parts) => parts.iter().find_map(|part| shared(index, part, seen)),
         Ty::External(path, args) => {
             let name = path.rsplit("::").next().unwrap_or(path);
+            // What nobody can change is the same whoever else has it.
+            if matches!(name, "Rc" | "Arc") && args.iter().all(|arg| is_plain(index, arg)) {
+                return None;
+            }
             let is_shared = matches!(
                 name,
                 "Rc" | "Arc"
@@ -212,7 +245,8 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
                     | "Sender"
                     | "SyncSender"
                     | "Receiver"
-            ) || name.starts_with("Atomic");
+            ) || name.starts_with("Atomic")
+                || is_way_out(path);
             if is_shared { Some(format!("`{name}`")) } else { args.iter().find_map(|arg| shared(index, arg, seen)) }
         }
         Ty::Adt(id, args) => {
@@ -225,6 +259,29 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             fields(index, ty).iter().find_map(|field| shared(index, field, seen))
         }
         _ => None,
+    }
+}
+
+/// Whether values of a type are the same as long as nobody has them to himself: numbers, texts, and what consists of such.
+fn is_plain(index: &Index, ty: &Ty) -> bool {
+    all_plain(index, ty, &mut BTreeSet::new())
+}
+
+fn all_plain(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> bool {
+    match ty {
+        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char => true,
+        Ty::Ref(false, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => all_plain(index, inner, seen),
+        Ty::Tuple(parts) => parts.iter().all(|part| all_plain(index, part, seen)),
+        Ty::External(path, args) => {
+            let name = path.strip_prefix("std::").and_then(|path| path.rsplit("::").next());
+            matches!(name, Some("Box" | "Vec" | "String" | "Option" | "Duration" | "Rc" | "Arc" | "BTreeMap"))
+                && args.iter().all(|arg| all_plain(index, arg, seen))
+        }
+        Ty::Adt(id, args) => {
+            args.iter().all(|arg| all_plain(index, arg, seen))
+                && (!seen.insert(*id) || fields(index, ty).iter().all(|field| all_plain(index, field, seen)))
+        }
+        _ => false,
     }
 }
 

@@ -80,6 +80,11 @@ impl Site {
     pub(super) fn done(&self) -> ExprId {
         if Some(self.gone) == self.inner { self.gone } else { self.outer }
     }
+
+    /// Whether what goes with the call panics where the law fails: `kf.update().unwrap()`.
+    pub(super) fn is_unwrapped(&self) -> bool {
+        [".unwrap(", ".expect("].iter().any(|opens| self.tail.contains(opens))
+    }
 }
 
 /// The statements that update the filter of a pair.
@@ -165,6 +170,12 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         (own, _) => own.clone(),
     };
     let lone = inner.filter(|inner| !stays && is_lone(of, *inner, outer));
+    if lone.is_some_and(|inner| without_comments(of.written(inner)) != of.written(inner)) {
+        let text = format!(
+            "a comment stands in the inner loop that updates `{name}`, and would be lost: put it above the loop"
+        );
+        return Err(refuse(text));
+    }
     let (gone, stmt, emptied) = match (lone, arm) {
         _ if stays => (given, None, None),
         (Some(inner), _) => (inner, Some(statement(of, inner, name)?), None),
@@ -419,7 +430,7 @@ fn is_lone(of: &LoopBody<'_>, inner: ExprId, update: ExprId) -> bool {
     let ExprKind::Block(block) = of.kind(body) else { return body == update };
     let is_whole = of.statement(update).is_some_and(|(around, _)| std::ptr::eq(around, block));
     let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
-    is_whole && is_alone && !of.written(body).contains("//")
+    is_whole && is_alone
 }
 
 fn unborrowed(of: &LoopBody<'_>, id: ExprId) -> ExprId {

@@ -1,10 +1,10 @@
 //! Who goes on where code has panicked, as a text tells.
 
-use super::text::has_word;
+use super::text::{has_word, without_comments};
 
 /// Whether panics are caught.
 pub(super) fn catches(text: &str) -> bool {
-    has_word(text, "catch_unwind")
+    has_word(text, "catch_unwind") && has_word(&without_comments(text), "catch_unwind")
 }
 
 /// Whether a test is one of a panic.
@@ -28,6 +28,12 @@ pub(super) fn outlives_threads(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_comment_says_catches_nothing() {
+        assert!(catches("let ended = std::panic::catch_unwind(run);"));
+        assert!(!catches("// There is no `catch_unwind` here.\nfn main() {}"));
+    }
 
     #[test]
     fn a_thread_is_outlived_where_its_panic_is_not_passed_on() {
