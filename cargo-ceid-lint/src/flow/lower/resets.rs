@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use super::written::{cleared_fields, written_fields};
-use crate::flow::Head;
+use super::written::{clears_all, written_fields};
+use crate::flow::{Head, Place};
 use crate::index::{FunctionId, Owner, Ty};
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, StmtKind};
 use crate::types::Callee;
 
 impl<'a> Builder<'a> {
@@ -14,21 +14,12 @@ impl<'a> Builder<'a> {
     /// its arguments.
     pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty, heads: &[Option<Head>]) -> bool {
         let index = self.program.index;
-        let Some(cleared) = cleared_fields(self.program, reset, heads) else { return true };
         // Behind a trait the type is that of the impl.
         let self_ty = match index.function(reset).owner {
             Owner::Impl(of) if !matches!(self_ty.peel(), Ty::Adt(..)) => &index.impl_def(of).self_ty,
             _ => self_ty,
         };
-        let laws = index.methods(self_ty, "update");
-        let mut state = BTreeSet::new();
-        for law in laws.iter().filter_map(crate::index::MethodOwner::function) {
-            match written_fields(self.program, law) {
-                Some(fields) => state.extend(fields),
-                None => return !cleared.is_empty(),
-            }
-        }
-        state.is_subset(&cleared)
+        clears_all(self.program, reset, self_ty, heads).unwrap_or(true)
     }
 
     /// The fields that the laws of a filter type write; none if that cannot be seen.
@@ -58,12 +49,6 @@ impl<'a> Builder<'a> {
         let body = self.body();
         match &body.expr(value).kind {
             ExprKind::Path(_) | ExprKind::Field { .. } => self.static_place(value) == Some(old),
-            ExprKind::MethodCall { method, .. } if method == "clone" => {
-                self.static_place(self.cloned(value)) == Some(old)
-            }
-            ExprKind::MethodCall { receiver, .. } if self.static_place(*receiver).as_ref() == Some(&old) => {
-                self.gives_itself_back(value, &ty)
-            }
             ExprKind::Struct { fields, rest, .. } => {
                 let is_rest = rest.is_some_and(|rest| self.static_place(self.cloned(rest)).as_ref() == Some(&old));
                 let kept = |this: &mut Self, name: &String| match fields.iter().find(|(field, _)| field == name) {
@@ -73,8 +58,41 @@ impl<'a> Builder<'a> {
                 let state = self.state_fields(&ty);
                 if state.is_empty() { is_rest } else { state.iter().any(|name| kept(self, name)) }
             }
+            _ => self.is_made_of(value, &old, &ty),
+        }
+    }
+
+    /// Whether a value is a filter that a method or function makes of another one, or of a clone of it. A copy under a name is followed
+    /// by itself.
+    fn is_made_of(&mut self, value: ExprId, old: &Place, ty: &Ty) -> bool {
+        let body = self.body();
+        if self.ty(value).peel() != ty {
+            return false;
+        }
+        match &body.expr(value).kind {
+            ExprKind::MethodCall { receiver, method, .. } => {
+                let is_of = self.static_place(*receiver).as_ref() == Some(old) || self.is_made_of(*receiver, old, ty);
+                is_of && (method == "clone" || self.gives_itself_back(value, ty))
+            }
+            ExprKind::Call { args, .. } => {
+                args.iter().any(|arg| self.is_made_of(self.made_as(*arg).unwrap_or(*arg), old, ty))
+            }
             _ => false,
         }
+    }
+
+    /// What a variable that stays as it is was declared as.
+    fn made_as(&self, variable: ExprId) -> Option<ExprId> {
+        let typed = self.typed();
+        let local = typed.expr_local.get(&variable)?;
+        let is_it = |pat: PatId| {
+            typed.pat_local.get(&pat) == Some(local)
+                && matches!(self.body().pat(pat).kind, PatKind::Bind { mutable: false, .. })
+        };
+        self.body().stmts().find_map(|stmt| match stmt.kind {
+            StmtKind::Let { pat, init, .. } if is_it(pat) => init,
+            _ => None,
+        })
     }
 
     /// The new fields of a filter that is assigned with the rest of itself: `filter = Filter { gain: 0.5, ..filter }`.
@@ -94,13 +112,16 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Whether a method that takes `self` gives it back with some of its state: `fn with_gain(self, gain: f32) -> Self`.
+    /// Whether a method gives a filter with some of the state of its own: `fn with_gain(self, gain: f32) -> Self`, `clone`.
     fn gives_itself_back(&self, call: ExprId, ty: &Ty) -> bool {
-        let Some(Callee::Resolved(resolved)) = self.typed().callees.get(&call) else { return false };
+        let targets = match self.typed().callees.get(&call) {
+            Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty() => &resolved.targets,
+            _ => return true,
+        };
         let state = self.state_fields(ty);
-        resolved.targets.iter().any(|target| {
+        targets.iter().any(|target| {
             let function = &self.program.index.function(*target).function;
-            let (Some(body), Some(typed)) = (&function.body, self.program.typed(*target)) else { return false };
+            let (Some(body), Some(typed)) = (&function.body, self.program.typed(*target)) else { return true };
             let is_self = |expr: ExprId| {
                 typed.expr_local.get(&expr).is_some_and(|local| typed.locals[local.0 as usize].name == "self")
             };
@@ -108,18 +129,26 @@ impl<'a> Builder<'a> {
                 ExprKind::Block(block) => block.tail,
                 _ => Some(body.root),
             };
-            let gives = |tail: ExprId| match &body.expr(tail).kind {
-                ExprKind::Struct { fields, rest: Some(rest), .. } => {
-                    is_self(*rest)
-                        && (state.is_empty() || !state.iter().all(|name| fields.iter().any(|(own, _)| own == name)))
-                }
-                // What it writes first may be all of it.
-                _ => {
-                    is_self(tail)
-                        && !written_fields(self.program, *target).is_none_or(|written| state.is_subset(&written))
-                }
+            // What it writes first may be all of it.
+            if tail.is_some_and(is_self) {
+                return !written_fields(self.program, *target).is_none_or(|written| state.is_subset(&written));
+            }
+            let is_given = |name: &str| {
+                let is_it = |(own, _): &(String, ExprId)| own == name;
+                tail.is_some_and(
+                    |tail| matches!(&body.expr(tail).kind, ExprKind::Struct { fields, .. } if fields.iter().any(is_it)),
+                )
             };
-            function.receiver == Some(crate::syntax::tree::Receiver::Value) && tail.is_some_and(gives)
+            let reads = |expr: ExprId| match &body.expr(expr).kind {
+                ExprKind::Field { base, name } => is_self(*base) && (state.is_empty() || state.contains(name)),
+                ExprKind::MethodCall { receiver, method, .. } => method == "clone" && is_self(*receiver),
+                ExprKind::Struct { rest: Some(rest), .. } => {
+                    is_self(*rest) && (state.is_empty() || !state.iter().all(|name| is_given(name)))
+                }
+                ExprKind::Deref(inner) => is_self(*inner),
+                _ => false,
+            };
+            (0u32..).map(ExprId).take(body.exprs.len()).any(reads)
         })
     }
 }

@@ -54,12 +54,13 @@ pub fn stands_in_for_states(program: &Program<'_>, function: FunctionId) -> Vec<
         {
             continue;
         }
-        let Some(written) = on_parameter(program, function, number).filter(Method::goes_on).and_then(|it| it.written())
+        let Some(written) =
+            on_parameter(program, function, number, 0).filter(Method::goes_on).and_then(|it| it.written())
         else {
             continue;
         };
         for (law, at, half) in laws {
-            let state = on_parameter(program, law, at).and_then(|law| law.written());
+            let state = on_parameter(program, law, at, 0).and_then(|law| law.written());
             if state.is_some_and(|state| !state.is_empty() && state.is_subset(&written)) {
                 found.push((number, half, index.function(law).name.clone()));
             }
@@ -69,10 +70,15 @@ pub fn stands_in_for_states(program: &Program<'_>, function: FunctionId) -> Vec<
 }
 
 /// What a function does with a parameter that has a name.
-fn on_parameter<'p, 'a>(program: &'p Program<'a>, id: FunctionId, number: usize) -> Option<Method<'p, 'a>> {
+pub(super) fn on_parameter<'p, 'a>(
+    program: &'p Program<'a>,
+    id: FunctionId,
+    number: usize,
+    depth: u32,
+) -> Option<Method<'p, 'a>> {
     let pat = program.index.function(id).function.body.as_ref()?.params.get(number)?;
     let local = program.typed(id)?.pat_local.get(pat)?;
-    Method::of(program, id, &[], 0, *local)
+    Method::of(program, id, &[], depth, *local)
 }
 
 fn is_reset(spec: &FilterSpec, name: &str) -> bool {
