@@ -24,8 +24,14 @@ impl Gates<'_, '_> {
         let mut found: Option<Gate> = None;
         for id in self.setting(flag, &opens, 0)? {
             let (asked, node) = self.asked_for(id)?;
-            let gate = self.of_test(&asked, node, &before).filter(|gate| matches!(gate, Gate::Rate | Gate::Time))?;
-            if self.completes(skips, |other, _| other != node) || *found.get_or_insert(gate) != gate {
+            let gate = self.of_test(&asked, node, &before)?;
+            // A sample that this round has asked for was not there: `if let Some(z) = read() { self.fresh = true; }`
+            let is_asked = match gate {
+                Gate::Rate | Gate::Time => !self.completes(skips, |other, _| other != node),
+                Gate::Sample => before.nodes.contains(&node),
+                _ => false,
+            };
+            if !is_asked || *found.get_or_insert(gate) != gate {
                 return None;
             }
         }

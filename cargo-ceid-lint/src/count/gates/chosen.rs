@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Gates, MAX_ORIGINS, Way};
 use crate::count::verdict::Gate;
 use crate::flow::{Effect, NodeId, Place, Test};
+use crate::index::Ty;
 
 /// Why an option may be empty.
 #[derive(Debug, Default)]
@@ -22,7 +23,26 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let asked = graph.subjects[test.subject?.0 as usize].whole.as_ref().filter(|_| test.about.is_presence)?;
         let mut choices = Choices::default();
-        self.add_choices(asked, at, 0, &mut choices)?;
+        self.add_choices(asked, at, 0, &|head| head == "-", &mut choices)?;
+        self.of_made(choices, test, at, way, origins)
+    }
+
+    /// The same for a truth value that the iteration makes: `let mut fresh = false; if let Some(z) = read() { fix = z; fresh = true; }`.
+    pub(super) fn of_flag(&self, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Gate> {
+        let graph = self.search.graph;
+        let asked = graph.subjects[test.subject?.0 as usize].whole.as_ref()?;
+        if self.ty(asked) != Some(Ty::Bool) || origins >= MAX_ORIGINS {
+            return None;
+        }
+        let opens = self.heads_past(test, at, way);
+        let mut choices = Choices::default();
+        self.add_choices(asked, at, 0, &|head| !opens.iter().any(|open| open == head), &mut choices)?;
+        self.of_made(choices, test, at, way, origins).flatten().filter(|_| !opens.is_empty())
+    }
+
+    /// What all of some choices wait for.
+    fn of_made(&self, choices: Choices, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Option<Gate>> {
+        let graph = self.search.graph;
         if choices.made.is_empty() {
             return None;
         }
@@ -77,8 +97,15 @@ impl Gates<'_, '_> {
         self.is_helper && reads.iter().any(|place| self.outlives(place) && self.is_left_alone(place))
     }
 
-    /// Finds out why an option may be empty; `None` if it may be so for a reason that is not known.
-    fn add_choices(&self, asked: &Place, at: NodeId, copies: u32, found: &mut Choices) -> Option<()> {
+    /// Finds out why an option may be empty, or a truth value closed; `None` if it may be so for a reason that is not known.
+    fn add_choices(
+        &self,
+        asked: &Place,
+        at: NodeId,
+        copies: u32,
+        closes: &dyn Fn(&str) -> bool,
+        found: &mut Choices,
+    ) -> Option<()> {
         if self.outlives(asked) || copies > MAX_ORIGINS || !asked.steps.is_empty() || self.calls_write(asked) {
             return None;
         }
@@ -86,10 +113,10 @@ impl Gates<'_, '_> {
         for id in &given {
             let (Effect::Set(set) | Effect::Write(set)) = &self.search.graph.node(*id).effect else { return None };
             match (set.head.as_deref(), set.same_as) {
-                (Some("-"), _) => found.made.extend(self.deciding(*id, &given, at)?),
+                (Some(head), _) if closes(head) => found.made.extend(self.deciding(*id, &given, at)?),
                 (Some(_), _) => {}
                 (None, Some(from)) if self.assigning(&Place::var(from)).next().is_some() => {
-                    self.add_choices(&Place::var(from), *id, copies + 1, found)?;
+                    self.add_choices(&Place::var(from), *id, copies + 1, closes, found)?;
                 }
                 (None, _) => found.takes_over = true,
             }

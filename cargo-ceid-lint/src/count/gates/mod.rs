@@ -18,6 +18,7 @@ mod passed;
 mod per_element;
 mod rate;
 mod ready;
+mod remembered;
 mod resumed;
 mod rotation;
 mod rounds;
@@ -66,6 +67,8 @@ pub(super) struct Gates<'s, 'a> {
     modes: RefCell<BTreeMap<(SubjectId, Option<NodeId>), bool>>,
     /// What was asked of filters that only their updates and resets change, and latches, with the heads that others may give those.
     own_states: RefCell<BTreeMap<Place, Vec<Head>>>,
+    /// See [`Self::of_remembered`].
+    remembered: RefCell<BTreeMap<(SubjectId, u32), bool>>,
     /// Whether the cycle keeps a time in a place.
     kept_times: RefCell<BTreeMap<Place, bool>>,
     signals: Signals,
@@ -117,6 +120,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             time_base: OnceCell::new(),
             modes: RefCell::default(),
             own_states: RefCell::default(),
+            remembered: RefCell::default(),
             kept_times: RefCell::default(),
             signals: Signals::default(),
             updating: RefCell::default(),
@@ -167,7 +171,8 @@ impl<'s, 'a> Gates<'s, 'a> {
             false => gate
                 .or_else(|| self.of_payload(&way))
                 .or_else(|| self.of_pause(&way))
-                .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample)),
+                .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample))
+                .or_else(|| self.of_remembered(&way)),
         };
         let waits = gate.filter(|gate| !self.loses_time(*gate, &way)).or_else(|| self.of_element(end, &way));
         if waits.is_some() {
@@ -219,7 +224,10 @@ impl<'s, 'a> Gates<'s, 'a> {
                 if is_start { Some(Gate::Startup) } else { gate }
             }
             Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
-            None => gate.or_else(|| self.of_carried(test, at, way)).or_else(|| self.of_arm(test, at, way, origins)),
+            None => gate
+                .or_else(|| self.of_carried(test, at, way))
+                .or_else(|| self.of_flag(test, at, way, origins))
+                .or_else(|| self.of_arm(test, at, way, origins)),
         }
     }
 
@@ -373,10 +381,9 @@ impl<'s, 'a> Gates<'s, 'a> {
     }
 
     fn is_inside(&self, id: NodeId) -> bool {
-        match self.region {
-            Region::Function => true,
-            Region::Loop(own) => self.search.graph.is_within(self.search.graph.node(id).in_loop, own),
-        }
+        let graph = self.search.graph;
+        matches!(self.region, Region::Loop(own) if graph.is_within(graph.node(id).in_loop, own))
+            || matches!(self.region, Region::Function)
     }
 
     /// The node at which an iteration begins.

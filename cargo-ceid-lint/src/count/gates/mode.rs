@@ -262,7 +262,7 @@ impl Gates<'_, '_> {
     }
 
     /// The heads that a state may have at the end of a way, as far as the way asks for it and sets it.
-    fn heads_after(&self, id: SubjectId, way: &Way) -> u32 {
+    pub(super) fn heads_after(&self, id: SubjectId, way: &Way) -> u32 {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         let writers = self.search.writers_of(id);
