@@ -218,6 +218,10 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
     if !certain.is_empty() {
+        // Phases one after another, each with a loop that is its cycle: there is no cycle of both.
+        if own_cycles::are_called(search, region) {
+            return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
+        }
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
         let (apart, existing): (Vec<&End>, Vec<&End>) =
             certain.into_iter().filter(exists).partition(|end| are_picked_apart(search, &exploration, end));

@@ -45,36 +45,46 @@ fn looped(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) ->
 
 /// The parts of a function's result that its cycles have updated, by the steps into the result.
 fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Vec<Projection>> {
-    let mut found = BTreeSet::new();
     let returned = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Return(value) => value.place.as_ref(),
         _ => None,
     });
-    for result in returned.flat_map(|place| aliases.roots(place)) {
-        for node in &graph.nodes {
-            let mut add = |place: &Place| {
-                let own = aliases.roots(place).into_iter().filter(|root| root.base == result.base);
-                found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.to_vec())));
-            };
-            match &node.effect {
-                Effect::Update(update) if node.in_loop.is_some() => add(&update.place),
-                Effect::Call(site) => {
-                    for called in aliases.called_places(site, summaries).iter() {
-                        let is_cycle = |count| match count {
-                            Count::Zero => false,
-                            Count::One => node.in_loop.is_some(),
-                            Count::PerSample | Count::Many => true,
-                        };
-                        if called.outcomes(summaries).iter().any(|outcome| is_cycle(outcome.count)) {
-                            add(&called.place);
-                        }
-                    }
-                }
-                _ => {}
-            }
-        }
+    // A large function may return in hundreds of places.
+    let results: BTreeSet<Place> = returned.flat_map(|place| aliases.roots(place)).collect();
+    if results.is_empty() {
+        return BTreeSet::new();
+    }
+    let updated = updated(graph, aliases, summaries);
+    let mut found = BTreeSet::new();
+    for result in results {
+        let own = updated.iter().filter(|root| root.base == result.base);
+        found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.to_vec())));
         let base = result.base_var().filter(|_| result.steps.is_empty());
         found.extend(base.into_iter().flat_map(|var| of_variable(graph, summaries, var)).cloned());
+    }
+    found
+}
+
+/// The places that the cycles of a function update, and those of what it calls.
+fn updated(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Place> {
+    let mut found = BTreeSet::new();
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Update(update) if node.in_loop.is_some() => found.extend(aliases.roots(&update.place)),
+            Effect::Call(site) => {
+                for called in aliases.called_places(site, summaries).iter() {
+                    let is_cycle = |count| match count {
+                        Count::Zero => false,
+                        Count::One => node.in_loop.is_some(),
+                        Count::PerSample | Count::Many => true,
+                    };
+                    if called.outcomes(summaries).iter().any(|outcome| is_cycle(outcome.count)) {
+                        found.extend(aliases.roots(&called.place));
+                    }
+                }
+            }
+            _ => {}
+        }
     }
     found
 }
@@ -85,14 +95,13 @@ pub(super) fn of_variable<'a>(
     summaries: &'a Summaries,
     var: Var,
 ) -> impl Iterator<Item = &'a Vec<Projection>> {
-    let is_moved_from = move |result: Var| {
-        graph.nodes.iter().any(|node| {
-            matches!(&node.effect, Effect::Set(set)
-                if set.place == Place::var(var) && set.from == Some(Place::var(result)))
-        })
-    };
+    let moved_from = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Set(set) if set.place == Place::var(var) => set.from.as_ref().filter(|from| from.steps.is_empty()),
+        _ => None,
+    });
+    let sources: BTreeSet<Var> = moved_from.filter_map(Place::base_var).chain([var]).collect();
     let targets = graph.nodes.iter().filter_map(move |node| match &node.effect {
-        Effect::Call(site) if site.result == var || is_moved_from(site.result) => Some(&site.targets),
+        Effect::Call(site) if sources.contains(&site.result) => Some(&site.targets),
         _ => None,
     });
     targets.flatten().filter_map(|target| summaries.get(*target)).flat_map(|summary| &summary.finished)
