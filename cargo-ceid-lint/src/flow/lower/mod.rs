@@ -13,6 +13,7 @@ mod carried;
 mod chained;
 mod changes;
 mod closures;
+mod compared;
 mod conditions;
 mod constants;
 mod converted;
@@ -46,6 +47,7 @@ mod locks;
 mod loops;
 mod macros;
 mod made;
+mod numbers;
 mod operators;
 mod optional;
 mod orders;
@@ -238,6 +240,8 @@ struct Builder<'a> {
     held: Vec<held::Held>,
     /// The comparisons of a value with a number, by their subjects.
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
+    /// Which numbers values can be by their types, by what tells them apart.
+    ends: FxHashMap<String, intervals::Ends>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
     handed_back: Option<handed_back::HandedBack>,
@@ -295,6 +299,7 @@ impl<'a> Builder<'a> {
             inner: FxHashSet::default(),
             held: Vec::new(),
             bounds: std::collections::BTreeMap::new(),
+            ends: FxHashMap::default(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
             handed_back: None,

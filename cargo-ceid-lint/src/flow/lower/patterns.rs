@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use std::sync::Arc;
 
+use super::numbers::limit_of_type;
 use super::parts::given_to;
 use super::subjects::Pure;
 use super::{Builder, Value};
@@ -138,6 +139,7 @@ impl Builder<'_> {
             None => taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(scrutinee)),
         };
         let about = self.about(scrutinee);
+        self.note_ends(scrutinee);
         let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
         let emptied = value.place.clone().filter(|_| taken.is_some());
         let text = self.text(scrutinee);
@@ -176,6 +178,7 @@ impl Builder<'_> {
         let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(expr));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
+        self.note_ends(expr);
         // A number is there, whichever it is: `matches!(level, 3..=9)` compares.
         about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
@@ -256,7 +259,7 @@ impl Builder<'_> {
             PatKind::Path(path) => {
                 let head = match self.typed().pat_def.get(&pat).cloned() {
                     Some(def) => self.def_head(&def, &path.text()),
-                    None => path.text(),
+                    None => named_head(&path.text()),
                 };
                 self.ask_heads(&[head], self.is_exact(pat), matched, span, no);
             }
@@ -283,7 +286,7 @@ impl Builder<'_> {
             PatKind::Range { start, end, inclusive } => match &matched.pure {
                 Some(pure) => {
                     let range = ([*start, *end], *inclusive);
-                    self.ask_range(range, pure, &matched.about, (span, &matched.text), no);
+                    self.ask_range(range, pure, matched.expr, &matched.about, (span, &matched.text), no);
                 }
                 None => self.ask_opaque(matched, span, no),
             },
@@ -464,7 +467,7 @@ impl Builder<'_> {
             PatKind::Literal(text) => Some(text.clone()),
             PatKind::Path(path) => match self.typed().pat_def.get(&pat) {
                 Some(def) => Some(self.def_head(def, &path.text())),
-                None => Some(path.text()),
+                None => Some(named_head(&path.text())),
             },
             PatKind::Bind { .. } => {
                 self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat)))
@@ -689,6 +692,11 @@ impl Builder<'_> {
         }
         var
     }
+}
+
+/// The head of what a path names of which nothing else is known.
+fn named_head(path: &str) -> Head {
+    limit_of_type(path).map_or_else(|| path.to_owned(), |number| number.to_string())
 }
 
 fn part_of(value: &Value, names: &[&str]) -> Value {
