@@ -57,6 +57,25 @@ impl Builder<'_> {
         (method == "cmp" && are_whole && !is_own).then_some([*receiver, *other])
     }
 
+    /// `a.cmp(&b) == Ordering::Less` compares the two.
+    pub(super) fn compared_order(&self, op: &str, sides: [ExprId; 2]) -> Option<(&'static str, [ExprId; 2])> {
+        let [left, right] = sides;
+        let (numbers, order) = match self.compared_numbers(left) {
+            Some(numbers) => (numbers, right),
+            None => (self.compared_numbers(right)?, left),
+        };
+        let op = match (op, self.constant_head(order)?.as_str()) {
+            ("==", "Less") => "<",
+            ("!=", "Less") => ">=",
+            ("==", "Equal") => "==",
+            ("!=", "Equal") => "!=",
+            ("==", "Greater") => ">",
+            ("!=", "Greater") => "<=",
+            _ => return None,
+        };
+        Some((op, numbers))
+    }
+
     /// `order.is_ge()` asks the same of it as patterns do.
     fn order_asked(&mut self, id: ExprId, order: ExprId, op: &str, no: NodeId) -> bool {
         let Some(pure) = self.pure(order) else { return false };

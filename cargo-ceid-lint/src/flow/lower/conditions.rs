@@ -262,6 +262,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
+        if let Some((op, [lhs, rhs])) = self.compared_order(op, [lhs, rhs]) {
+            return self.comparison(id, op, lhs, rhs, no);
+        }
         if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
             return;
         }

@@ -187,19 +187,23 @@ impl Builder<'_> {
             let of_type = self.ends.get(&value.key).copied().unwrap_or_default();
             let known = |at: usize| bounds.iter().find_map(|(_, bound)| bound.ends[at]).or(of_type[at]);
             let parts = parts(&numbers, is_float, [known(0), known(1)]);
-            // What all questions have the same answers to needs not be told apart.
-            let mut answers: Vec<Vec<Head>> = Vec::new();
-            for part in parts {
-                let own = bounds.iter().map(|(_, bound)| bound.head(&numbers, part)).collect();
-                if !answers.contains(&own) {
-                    answers.push(own);
-                }
+            let answers_to =
+                |part: Part| -> Vec<Head> { bounds.iter().map(|(_, bound)| bound.head(&numbers, part)).collect() };
+            // The heads of a question are the same wherever it is asked, as long as there are not too many.
+            let mut answers: Vec<Vec<Head>> = parts.iter().map(|part| answers_to(*part)).collect();
+            let is_joined = answers.len() > MAX_HEADS;
+            if is_joined {
+                answers.sort();
+                answers.dedup();
             }
             if answers.len() > MAX_HEADS {
                 continue;
             }
-            let heads: Vec<Head> = (0..answers.len()).map(|at| format!("part {at}")).collect();
-            let key = format!("({} among {numbers:?})", value.key);
+            let (heads, joined): (Vec<Head>, String) = match is_joined {
+                true => ((0..answers.len()).map(|at| format!("part {at}")).collect(), format!("{answers:?}")),
+                false => (parts.iter().map(|part| format!("{part:?}")).collect(), String::new()),
+            };
+            let key = format!("({} among {numbers:?} {parts:?}{joined})", value.key);
             let among = Pure { key, reads: value.reads, whole: None };
             let asked: Vec<(SubjectId, usize)> = bounds.iter().zip(0..).map(|((id, _), at)| (*id, at)).collect();
             self.ask_as_one(among, &heads, &asked, |bound, at| answers[at][*bound].clone());

@@ -92,9 +92,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, told};
 pub use written::{stands_in, stands_in_for_states};
 
-use super::{
-    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
-};
+use super::{Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, Node, NodeId, Place, Program, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
@@ -495,11 +493,5 @@ impl<'a> Builder<'a> {
             same_as: value.same_as,
         };
         self.emit(Effect::Set(Box::new(assignment)), span);
-    }
-
-    fn add_loop(&mut self, info: LoopInfo) -> LoopId {
-        let id = LoopId(u32::try_from(self.graph.loops.len()).expect("fewer than 2^32 loops"));
-        self.graph.loops.push(info);
-        id
     }
 }

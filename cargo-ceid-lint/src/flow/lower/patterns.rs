@@ -237,7 +237,8 @@ impl Builder<'_> {
             self.ask(pat, &matched, no);
         }
         self.bind_pattern(pat, &matched.value);
-        if let Some(pure) = &matched.pure {
+        let is_noted = matched.expr.is_some_and(|expr| self.note_held_parts(pat, expr));
+        if let Some(pure) = matched.pure.as_ref().filter(|_| !is_noted) {
             self.note_held(pat, pure);
         }
     }
