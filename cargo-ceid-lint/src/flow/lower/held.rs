@@ -163,7 +163,7 @@ impl Builder<'_> {
             self.bounds.entry(other).or_insert_with(|| bound.of(value));
         }
         if let Some(order) = self.orders.remove(&id) {
-            self.orders.entry(other).or_insert_with(|| order.renamed(&name, reads));
+            self.orders.entry(other).or_insert_with(|| order.renamed(name, reads));
         }
     }
 }

@@ -354,16 +354,14 @@ fn up_to(last: u64) -> Vec<f64> {
     numbers
 }
 
-/// The numbers that a value is compared with, in their order, where there are several of them or several kinds of questions. What
+/// The numbers that a value is compared with, in their order, where several questions ask about it. What
 /// differs by less than a small float can tell is not put in order.
 fn several_numbers(bounds: &[(SubjectId, Bound)], is_float: bool) -> Option<Vec<f64>> {
     let mut numbers: Vec<f64> = bounds.iter().flat_map(|(_, bound)| bound.numbers()).collect();
     numbers.sort_by(f64::total_cmp);
     numbers.dedup();
     let is_apart = |pair: &[f64]| !is_float || pair[1] - pair[0] > 1e-6 * pair[0].abs().max(pair[1].abs());
-    let is_order = |(_, bound): &(SubjectId, Bound)| matches!(bound.asks, Asks::Order { .. });
-    let are_several = bounds.len() > 1 && (numbers.len() > 1 || !bounds.iter().all(is_order));
-    (are_several && numbers.windows(2).all(is_apart)).then_some(numbers)
+    (bounds.len() > 1 && numbers.windows(2).all(is_apart)).then_some(numbers)
 }
 
 /// The parts into which numbers divide all that a value can be.
@@ -429,12 +427,12 @@ fn gives_number(program: &Program<'_>, id: FunctionId, depth: u32) -> bool {
             ExprKind::Match { arms, .. } => open.extend(arms.iter().map(|arm| arm.body)),
             ExprKind::Loop { .. } | ExprKind::Macro(_) => return true,
             ExprKind::Call { .. } | ExprKind::MethodCall { .. } => match typed.callees.get(&id) {
-                Some(Callee::Resolved(call)) if depth < MAX_CALLS => {
-                    if call.targets.iter().any(|target| gives_number(program, *target, depth + 1)) {
-                        return true;
-                    }
+                Some(Callee::Resolved(call))
+                    if depth >= MAX_CALLS
+                        || call.targets.iter().any(|target| gives_number(program, *target, depth + 1)) =>
+                {
+                    return true;
                 }
-                Some(Callee::Resolved(_)) => return true,
                 _ => {}
             },
             _ => {}

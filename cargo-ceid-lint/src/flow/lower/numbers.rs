@@ -101,15 +101,29 @@ pub(super) fn limits_of(name: &str) -> Option<[f64; 2]> {
 
 /// The number that a head stands for.
 pub(super) fn number_of_head(head: &Head) -> Option<f64> {
-    if let Some(letter) = head.strip_prefix('\'') {
-        return match syn::parse_str::<syn::LitChar>(&format!("'{letter}")) {
-            Ok(letter) => Some(f64::from(u32::from(letter.value()))),
-            Err(_) => None,
-        };
+    if let Some(letter) = head.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
+        return letter_of(letter).map(|letter| f64::from(u32::from(letter)));
     }
     match head.parse::<i128>() {
         Ok(number) => as_float(number),
         Err(_) => head.parse::<f64>().ok().filter(|number| !number.is_nan()),
+    }
+}
+
+/// The character that is spelled so between quotes.
+fn letter_of(text: &str) -> Option<char> {
+    let mut letters = text.chars();
+    match (letters.next()?, letters.next(), letters.next()) {
+        (letter, None, _) => Some(letter),
+        ('\\', Some('n'), None) => Some('\n'),
+        ('\\', Some('r'), None) => Some('\r'),
+        ('\\', Some('t'), None) => Some('\t'),
+        ('\\', Some('0'), None) => Some('\0'),
+        ('\\', Some(letter @ ('\\' | '\'' | '"')), None) => Some(letter),
+        _ => {
+            let digits = text.strip_prefix("\\u{")?.strip_suffix('}')?;
+            char::from_u32(u32::from_str_radix(digits, 16).ok()?)
+        }
     }
 }
 
