@@ -134,7 +134,7 @@ impl Builder<'_> {
     pub(super) fn note_copy(&mut self, value: ExprId) {
         // A number is a state where it is asked which one it is, as is found out at the end.
         let is_number = |this: &Self, at: NodeId| {
-            *this.ty(value) == Ty::Int
+            matches!(this.ty(value), Ty::Int | Ty::Float | Ty::Char)
                 && matches!(&this.graph.node(at).effect, Effect::Set(set) if set.same_as.is_none())
         };
         if let Some(at) = self.at

@@ -25,8 +25,7 @@ const RESTS: &[(&str, bool)] = &[
 ];
 
 /// Methods that ask the opposite of others.
-const OPPOSITES: &[(&str, &str)] =
-    &[("is_sign_positive", "is_sign_negative"), ("is_ge", "is_lt"), ("is_gt", "is_le"), ("is_ne", "is_eq")];
+const OPPOSITES: &[(&str, &str)] = &[("is_sign_positive", "is_sign_negative")];
 
 /// What a comparison asks about, and all heads that it can have.
 pub(super) type Compared = (Pure, Option<Vec<Head>>);
@@ -122,6 +121,8 @@ impl Builder<'_> {
             {
                 self.presence(id, *receiver, method, no);
             }
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if self.spelled_comparison(id, *receiver, method, args, no) => {}
             ExprKind::MethodCall { receiver, method, args, .. }
                 if self.payload_condition(id, *receiver, method, args, no) => {}
             ExprKind::MethodCall { receiver, method, args, .. }
@@ -260,7 +261,10 @@ impl Builder<'_> {
         true
     }
 
-    fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
+    pub(super) fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
+        if let Some((op, [lhs, rhs])) = self.compared_order(op, [lhs, rhs]) {
+            return self.comparison(id, op, lhs, rhs, no);
+        }
         if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
             return;
         }
@@ -294,6 +298,7 @@ impl Builder<'_> {
                 if self.holds_in_one_round(op, lhs, rhs) {
                     self.note_one_round(subject);
                 } else {
+                    self.note_ends(lhs);
                     self.note_number(subject, op, lhs, rhs);
                     self.note_order(subject, op, lhs, rhs);
                 }

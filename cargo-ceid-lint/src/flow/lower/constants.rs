@@ -1,6 +1,7 @@
 //! Numbers, times and heads that the source fixes. What depends on anything that may change has no value.
 
 use super::Builder;
+use super::numbers::limit_of_type;
 use super::subjects::external_head;
 use crate::flow::{Head, Place, Program};
 use crate::index::{BodyOwner, Def, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
@@ -100,8 +101,9 @@ impl Constants<'_> {
             ExprKind::Literal(literal) => Some(literal.spelling()),
             ExprKind::Negate(inner) => match &self.body.expr(*inner).kind {
                 ExprKind::Literal(literal) => Some(format!("-{}", literal.spelling())),
-                _ => None,
+                _ => Some(self.whole_number(id)?.to_string()),
             },
+            ExprKind::Binary { .. } => Some(self.whole_number(id)?.to_string()),
             ExprKind::Reference { value, .. } => self.head_at(*value, depth),
             ExprKind::Path(path) => match self.typed.expr_def.get(&id)? {
                 Def::Value(value) if self.program.index.value(*value).item.is_static => None,
@@ -273,6 +275,9 @@ pub(super) fn is_exact(program: &Program<'_>, def: &Def, depth: u32) -> bool {
 
 /// The head of what a path names, which is spelled so.
 pub(super) fn head_of(program: &Program<'_>, def: &Def, path: &str, depth: u32) -> Option<Head> {
+    if let (Def::External(_), Some(number)) = (def, limit_of_type(path)) {
+        return Some(number.to_string());
+    }
     match def {
         Def::Variant(ty, at) => Some(variant_head(program, *ty, *at)),
         Def::External(path) => Some(external_head(path)),
@@ -284,7 +289,9 @@ pub(super) fn head_of(program: &Program<'_>, def: &Def, path: &str, depth: u32) 
                     return None;
                 }
                 own.head_at(root, depth + 1).or_else(|| match own.value_at(root, depth + 1)? {
-                    Constant::Number(number) if *own.typed.ty(root) == Ty::Int => Some(format!("{number:.0}")),
+                    Constant::Number(number) if *own.typed.ty(root) == Ty::Int && number.fract() == 0.0 => {
+                        Some(format!("{number:.0}"))
+                    }
                     _ => None,
                 })
             };

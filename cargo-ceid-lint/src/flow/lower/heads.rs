@@ -39,7 +39,10 @@ impl Builder<'_> {
     fn drop_counts(&mut self) {
         let is_count = |id: &NodeId| match &self.graph.node(*id).effect {
             Effect::Set(set) => {
-                let is_number = set.place.base_var().is_some_and(|var| self.graph.var(var).ty == Ty::Int);
+                let is_number = set
+                    .place
+                    .base_var()
+                    .is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Int | Ty::Float | Ty::Char));
                 let asked = self.subjects.get(&subjects::place_key(&set.place));
                 is_number && asked.is_none_or(|id| self.graph.subjects[id.0 as usize].heads.is_empty())
             }

@@ -26,6 +26,12 @@ impl WhileRounds {
 }
 
 impl Builder<'_> {
+    pub(super) fn add_loop(&mut self, info: LoopInfo) -> LoopId {
+        let id = LoopId(u32::try_from(self.graph.loops.len()).expect("fewer than 2^32 loops"));
+        self.graph.loops.push(info);
+        id
+    }
+
     /// Whether the code stands in another function than the one whose graph is built.
     pub(super) fn is_foreign(&self) -> bool {
         self.frames[self.frame].function != self.graph.function

@@ -13,6 +13,7 @@ mod carried;
 mod chained;
 mod changes;
 mod closures;
+mod compared;
 mod conditions;
 mod constants;
 mod converted;
@@ -46,6 +47,7 @@ mod locks;
 mod loops;
 mod macros;
 mod made;
+mod numbers;
 mod operators;
 mod optional;
 mod orders;
@@ -90,9 +92,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, told};
 pub use written::{stands_in, stands_in_for_states};
 
-use super::{
-    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
-};
+use super::{Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, Node, NodeId, Place, Program, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
@@ -238,6 +238,8 @@ struct Builder<'a> {
     held: Vec<held::Held>,
     /// The comparisons of a value with a number, by their subjects.
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
+    /// Which numbers values can be by their types, by what tells them apart.
+    ends: FxHashMap<String, intervals::Ends>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
     handed_back: Option<handed_back::HandedBack>,
@@ -295,6 +297,7 @@ impl<'a> Builder<'a> {
             inner: FxHashSet::default(),
             held: Vec::new(),
             bounds: std::collections::BTreeMap::new(),
+            ends: FxHashMap::default(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
             handed_back: None,
@@ -490,11 +493,5 @@ impl<'a> Builder<'a> {
             same_as: value.same_as,
         };
         self.emit(Effect::Set(Box::new(assignment)), span);
-    }
-
-    fn add_loop(&mut self, info: LoopInfo) -> LoopId {
-        let id = LoopId(u32::try_from(self.graph.loops.len()).expect("fewer than 2^32 loops"));
-        self.graph.loops.push(info);
-        id
     }
 }

@@ -13,6 +13,7 @@ pub(super) struct Order {
     left: String,
     right: String,
     reads: Vec<crate::flow::Place>,
+    is_float: bool,
     asks: Asks,
 }
 
@@ -49,7 +50,7 @@ impl Builder<'_> {
         }
         let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else { return };
         let reads = [left.reads, right.reads].concat();
-        self.orders.insert(subject, Order { left: left.key, right: right.key, reads, asks });
+        self.orders.insert(subject, Order { left: left.key, right: right.key, reads, is_float, asks });
     }
 
     /// Asks all comparisons of the same two numbers how these stand to each other.
@@ -61,7 +62,9 @@ impl Builder<'_> {
         };
         for (pair, asked) in grouped(std::mem::take(&mut self.orders), pair_of) {
             let [(_, first), _, ..] = asked.as_slice() else { continue };
-            let heads = ORDERS.map(str::to_owned);
+            // Two whole numbers always stand to each other in some way.
+            let orders = if asked.iter().any(|(_, order)| order.is_float) { &ORDERS[..] } else { &ORDERS[..3] };
+            let heads: Vec<Head> = orders.iter().map(|order| (*order).to_owned()).collect();
             let key = format!("({} against {})", pair[0], pair[1]);
             let between = Pure { key, reads: first.reads.clone(), whole: None };
             self.ask_as_one(between, &heads, &asked, |order, at| order.head(&heads[at], order.left != pair[0]));
@@ -70,6 +73,11 @@ impl Builder<'_> {
 }
 
 impl Order {
+    /// The same question with other names for the values.
+    pub(super) fn renamed(&self, name: impl Fn(&str) -> String, reads: Vec<crate::flow::Place>) -> Self {
+        Self { left: name(&self.left), right: name(&self.right), reads, ..self.clone() }
+    }
+
     /// The head that the subject of the comparison has where the numbers stand to each other like this; `is_turned` if they do so the
     /// other way round.
     fn head(&self, between: &str, is_turned: bool) -> Head {

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use std::sync::Arc;
 
+use super::numbers::limit_of_type;
 use super::parts::given_to;
 use super::subjects::Pure;
 use super::{Builder, Value};
@@ -137,13 +138,15 @@ impl Builder<'_> {
             Some(_) => None,
             None => taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(scrutinee)),
         };
+        let about = self.about(scrutinee);
+        self.note_ends(scrutinee);
         let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
         // What several conditions wait for is asked where they are, one by one: `match n % 10 == 0 && is_armed() { … }`.
         let about = match self.body().expr(scrutinee).kind {
             ExprKind::Binary { op: "&&" | "||", .. } => {
                 About { reads: value.place.iter().cloned().collect(), ..Default::default() }
             }
-            _ => self.about(scrutinee),
+            _ => about,
         };
         let emptied = value.place.clone().filter(|_| taken.is_some());
         let text = self.text(scrutinee);
@@ -182,6 +185,7 @@ impl Builder<'_> {
         let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(expr));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
+        self.note_ends(expr);
         // A number is there, whichever it is: `matches!(level, 3..=9)` compares.
         about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
@@ -240,7 +244,8 @@ impl Builder<'_> {
             self.ask(pat, &matched, no);
         }
         self.bind_pattern(pat, &matched.value);
-        if let Some(pure) = &matched.pure {
+        let is_noted = matched.expr.is_some_and(|expr| self.note_held_parts(pat, expr));
+        if let Some(pure) = matched.pure.as_ref().filter(|_| !is_noted) {
             self.note_held(pat, pure);
         }
     }
@@ -262,7 +267,7 @@ impl Builder<'_> {
             PatKind::Path(path) => {
                 let head = match self.typed().pat_def.get(&pat).cloned() {
                     Some(def) => self.def_head(&def, &path.text()),
-                    None => path.text(),
+                    None => named_head(&path.text()),
                 };
                 self.ask_heads(&[head], self.is_exact(pat), matched, span, no);
             }
@@ -289,7 +294,7 @@ impl Builder<'_> {
             PatKind::Range { start, end, inclusive } => match &matched.pure {
                 Some(pure) => {
                     let range = ([*start, *end], *inclusive);
-                    self.ask_range(range, pure, &matched.about, (span, &matched.text), no);
+                    self.ask_range(range, pure, matched.expr, &matched.about, (span, &matched.text), no);
                 }
                 None => self.ask_opaque(matched, span, no),
             },
@@ -470,7 +475,7 @@ impl Builder<'_> {
             PatKind::Literal(text) => Some(text.clone()),
             PatKind::Path(path) => match self.typed().pat_def.get(&pat) {
                 Some(def) => Some(self.def_head(def, &path.text())),
-                None => Some(path.text()),
+                None => Some(named_head(&path.text())),
             },
             PatKind::Bind { .. } => {
                 self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat)))
@@ -695,6 +700,11 @@ impl Builder<'_> {
         }
         var
     }
+}
+
+/// The head of what a path names of which nothing else is known.
+fn named_head(path: &str) -> Head {
+    limit_of_type(path).map_or_else(|| path.to_owned(), |number| number.to_string())
 }
 
 fn part_of(value: &Value, names: &[&str]) -> Value {

@@ -134,18 +134,13 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
     let given = times_given(graph);
     let mut handed_on: FxHashMap<Place, Vec<NodeId>> = FxHashMap::default();
     let mut returned: FxHashSet<Var> = FxHashSet::default();
-    let mut lent: Vec<&Place> = Vec::new();
+    let lent = writable_loans(graph);
     for id in graph.node_ids() {
         if let Some(from) = graph.copied(id) {
             handed_on.entry(from).or_default().push(id);
         }
-        match &graph.node(id).effect {
-            Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Borrow => {
-                let is_writable = |to: Var| matches!(graph.var(to).ty, Ty::Ref(true, _));
-                lent.extend(set.from.as_ref().filter(|_| set.place.base_var().is_some_and(is_writable)));
-            }
-            Effect::Return(value) => returned.extend(value.same_as),
-            _ => {}
+        if let Effect::Return(value) = &graph.node(id).effect {
+            returned.extend(value.same_as);
         }
     }
     let mut held = Vec::new();
@@ -166,6 +161,18 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
     }
     held.sort_by_key(|held| held.at);
     held
+}
+
+/// The places to which references are made that something may be written through.
+pub(super) fn writable_loans(graph: &ControlFlowGraph) -> Vec<&Place> {
+    let is_writable = |to: Var| matches!(graph.var(to).ty, Ty::Ref(true, _));
+    let lent = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Borrow => {
+            set.from.as_ref().filter(|_| set.place.base_var().is_some_and(is_writable))
+        }
+        _ => None,
+    });
+    lent.collect()
 }
 
 /// How many nodes give something to each variable or a part of it.

@@ -7,7 +7,7 @@ use super::{Lowerer, name};
 use crate::source::Span;
 use crate::syntax::text::mentions;
 use crate::syntax::tree::{
-    Block, BlockKind, Body, Expr, ExprId, ExprKind, Pat, PatId, PatKind, Path, Stmt, StmtKind, TypeRef,
+    Block, BlockKind, Body, Expr, ExprId, ExprKind, Literal, Pat, PatId, PatKind, Path, Stmt, StmtKind, TypeRef,
 };
 
 /// Lowers the code of one body.
@@ -142,6 +142,14 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
 
     fn literal(&mut self, expr: &syn::ExprLit) -> ExprId {
         let span = self.span(expr.lit.span());
+        // The ends of a pattern's range have their sign in them.
+        if let syn::Lit::Int(int) = &expr.lit
+            && let Some(digits) = int.base10_digits().strip_prefix('-')
+        {
+            let number = Literal::Int(digits.parse().ok(), int.suffix().to_owned());
+            let inner = self.add(ExprKind::Literal(number), span);
+            return self.add(ExprKind::Negate(inner), span);
+        }
         self.add(ExprKind::Literal(literal(&expr.lit)), span)
     }
 
