@@ -4,10 +4,10 @@ use super::{Gates, Way};
 use crate::count::assumed::is_open_to;
 use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
+use crate::count::outcome::Outcome;
 use crate::count::returned;
 use crate::count::search::{End, Exploration, Mode, Region};
 use crate::count::skips::counted_past;
-use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
