@@ -3,6 +3,7 @@
 use super::assumed::Assumed;
 use super::counts::Count;
 use super::gates::{Asks, KeptMode};
+use super::given::Given;
 use super::returned;
 use super::verdict::Gate;
 use crate::flow::Cause;
@@ -23,6 +24,8 @@ pub(super) struct Outcome {
     pub(super) gate: Option<Gate>,
     /// The states for which it pauses, where its gate is a mode.
     pub(super) modes: Vec<KeptMode>,
+    /// The counters and times of the caller's that it is called again with, where its gate is one of these.
+    pub(super) recalled: Vec<Given>,
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
     /// What the way does not update for, if that is something of the caller's.
@@ -50,6 +53,7 @@ impl Outcome {
             returned: returned::ANY,
             gate: None,
             modes: Vec::new(),
+            recalled: Vec::new(),
             attempted: false,
             asks: None,
             assumed: Assumed::new(),

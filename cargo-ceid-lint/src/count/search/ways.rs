@@ -81,6 +81,7 @@ impl Search<'_> {
                 returned,
                 gate,
                 modes: gates.kept_modes(end, gate),
+                recalled: gates.recalled(&exploration, end, gate),
                 attempted: end.state.attempted,
                 asks,
                 assumed: end.assumed.clone(),
