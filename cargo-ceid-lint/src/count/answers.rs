@@ -53,7 +53,8 @@ pub(super) fn answers(
     let Some(first) = asked.next() else { return Answers::new() };
     let dependence = ControlDependence::of(graph, aliases);
     for id in std::iter::once(first).chain(asked) {
-        let Some(place) = &graph.subjects[id.0 as usize].whole else { continue };
+        let Some(known_as) = graph.subjects[id.0 as usize].known_as() else { continue };
+        let place = &known_as.asked().map_or_else(|| known_as.clone(), |(asked, _)| asked);
         // What is asked for is followed as an instance that nothing happens to: its ways are all there are.
         let search = Search::with_dependence(program, graph, aliases, summaries, place, 0, &dependence);
         if search.of_caller(id).is_some() {

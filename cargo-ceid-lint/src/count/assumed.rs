@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::given::{Given, argument};
-use super::summary::Outcome;
+use super::outcome::Outcome;
 use crate::flow::{CallSite, Head, OTHER_HEADS, Subject};
 
 /// The heads with which a way is taken, by the place that has them.
@@ -69,8 +69,9 @@ pub(super) fn merged(ways: &BTreeSet<Outcome>) -> Vec<Outcome> {
     };
     let without_left = |way: &Outcome| Outcome { left: Assumed::new(), ..way.clone() };
     let without_left: BTreeSet<Outcome> = ways.iter().map(without_left).collect();
-    let fewer: BTreeSet<Outcome> = without_left.iter().map(without_kept).collect();
-    for ways in [ways, &without_left, &fewer] {
+    let states: BTreeSet<Outcome> = without_left.iter().map(without_questions).collect();
+    let fewer: BTreeSet<Outcome> = states.iter().map(without_kept).collect();
+    for ways in [ways, &without_left, &states, &fewer] {
         if ways.len() <= MAX_WAYS {
             let told = united(ways.clone());
             if told.len() <= MAX_TOLD || told.iter().all(|way| way.assumed.is_empty()) {
@@ -79,6 +80,13 @@ pub(super) fn merged(ways: &BTreeSet<Outcome>) -> Vec<Outcome> {
         }
     }
     united(fewer.into_iter().map(|way| Outcome { assumed: Assumed::new(), ..way }).collect())
+}
+
+/// The same where only states are assumed.
+fn without_questions(way: &Outcome) -> Outcome {
+    let mut way = way.clone();
+    way.assumed.retain(|given, _| !given.is_question());
+    way
 }
 
 fn united(ways: BTreeSet<Outcome>) -> Vec<Outcome> {

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::callgraph::{by_return, calls_itself, levels};
 use super::given::{Given, GivenBase, given, instance_of};
 use super::instances::may_hold_filter;
+use super::outcome::Outcome;
 use super::recursive::has_owner_twice;
-use super::summary::{Outcome, Summaries, Summary};
+use super::summary::{Summaries, Summary};
 use crate::flow::{Cause, ControlFlowGraph, Place, Program};
 use crate::index::FunctionId;
 

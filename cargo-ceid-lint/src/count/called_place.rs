@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::given::Given;
-use super::summary::{Outcome, Summaries, Summary};
+use super::outcome::Outcome;
+use super::summary::{Summaries, Summary};
 use crate::flow::{IndexKey, Place, Projection, Relation};
 use crate::index::FunctionId;
 

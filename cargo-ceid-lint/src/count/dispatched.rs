@@ -8,7 +8,8 @@ use super::callgraph::{callees, components};
 use super::counts::Count;
 use super::given::{Given, GivenBase};
 use super::instances::place_ty;
-use super::summary::{Outcome, Summaries};
+use super::outcome::Outcome;
+use super::summary::Summaries;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place, Projection};
 use crate::index::{FunctionId, Index, Owner, Shape, TraitName, Ty};
 

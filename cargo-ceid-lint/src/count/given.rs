@@ -55,6 +55,11 @@ impl Given {
         Self { base: self.base, steps: Vec::new() }
     }
 
+    /// Whether it is a question about a place.
+    pub(super) fn is_question(&self) -> bool {
+        self.steps.last().is_some_and(Projection::is_question)
+    }
+
     /// Whether it is a parameter or a part of it.
     fn is_inside(&self, number: usize) -> bool {
         self.base == GivenBase::Param(number)
@@ -148,7 +153,7 @@ pub(super) fn is_moved(graph: &ControlFlowGraph, place: &Place) -> bool {
 
 /// The place that callers know a subject of a function by; `None` if it is the function's own or a static.
 pub(super) fn given_subject(graph: &ControlFlowGraph, subject: &Subject) -> Option<Given> {
-    given(graph, subject.whole.as_ref()?).filter(|given| matches!(given.base, GivenBase::Param(_)))
+    given(graph, subject.known_as()?).filter(|given| matches!(given.base, GivenBase::Param(_)))
 }
 
 /// The place inside the function that callers know as given.
@@ -184,6 +189,10 @@ pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection>
 
 /// The place at a call whose value a condition of the callee asks for.
 pub(super) fn asked_at(given: &Given, site: &CallSite) -> Option<Place> {
+    if let Some((question, steps)) = given.steps.split_last().filter(|(last, _)| last.is_question()) {
+        let asked = asked_at(&Given { base: given.base, steps: steps.to_vec() }, site)?;
+        return Some(asked.join(std::slice::from_ref(question)));
+    }
     match argument(given, site) {
         Some(argument) => argument.value_of.clone(),
         None => place_of(given, site),

@@ -5,7 +5,8 @@ use rustc_hash::FxHashSet;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::given::place_of;
-use super::summary::{Outcome, Summaries, Summary};
+use super::outcome::Outcome;
+use super::summary::{Summaries, Summary};
 use crate::flow::{CallSite, ControlFlowGraph, Effect, Place, Update};
 
 impl Summaries {

@@ -4,7 +4,8 @@ use super::aliases::Aliases;
 use super::called_place::CalledPlace;
 use super::counts::Count;
 use super::given::is_moved;
-use super::summary::{Outcome, Summaries};
+use super::outcome::Outcome;
+use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, LoopInfo, NodeId, Place, Relation};
 
 impl Summaries {

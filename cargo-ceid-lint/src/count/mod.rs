@@ -40,6 +40,7 @@ mod missed;
 mod monomorphise;
 mod moves;
 mod only_with;
+mod outcome;
 mod outside;
 mod oversampled;
 mod owed;

@@ -4,9 +4,10 @@
 use super::counts::Count;
 use super::given::{Given, GivenBase};
 use super::instances::inner;
+use super::outcome::Outcome;
 use super::returned;
 use super::search::not_told;
-use super::summary::{Outcome, Summary};
+use super::summary::Summary;
 use crate::config::OnErr;
 use crate::flow::{ControlFlowGraph, IndexKey, Projection};
 use crate::index::{FilterSpec, FunctionId, Index, MethodOwner, Ty};

@@ -1,4 +1,4 @@
-//! Bits of what a function gives back on a way: see [`super::summary::Outcome`].
+//! Bits of what a function gives back on a way: see [`super::outcome::Outcome`].
 
 use crate::flow::{OTHER_HEADS, Program, Subject};
 use crate::index::FunctionId;
@@ -81,6 +81,8 @@ mod tests {
             key: String::new(),
             reads: Vec::new(),
             whole: None,
+            question: None,
+            is_of_callers: false,
             heads: heads.iter().map(|head| (*head).to_owned()).collect(),
             total: None,
         };

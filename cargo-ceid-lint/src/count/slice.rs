@@ -306,8 +306,8 @@ pub(super) fn tracked(
     let assigned = &dependence.assigned;
     // What lies in a parameter a caller may ask for as well.
     let is_lent = |subject: SubjectId| {
-        let whole = graph.subjects[subject.0 as usize].whole.as_ref();
-        whole.and_then(Place::base_var).is_some_and(|var| graph.var(var).param.is_some())
+        let known_as = graph.subjects[subject.0 as usize].known_as();
+        known_as.and_then(Place::base_var).is_some_and(|var| graph.var(var).param.is_some())
     };
     let mut relevant: BTreeSet<NodeId> = touching.clone();
     let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();
@@ -371,8 +371,14 @@ pub(super) fn tracked(
     let made_of = made_of.flat_map(|(subject, _)| assigned.get(subject).into_iter().flatten().copied());
     let made_of: Vec<NodeId> = made_of.filter(|writer| relevant.insert(*writer)).collect();
     follow(made_of, &mut relevant, &mut tests);
+    // What a call gave back is known where the call tells it.
+    let gives_result = |node: &NodeId| {
+        let from = graph.copied(*node).and_then(|from| graph.subject_of(&from));
+        let mut writers = from.and_then(|from| assigned.get(&from)).into_iter().flatten();
+        writers.any(|writer| matches!(graph.node(*writer).effect, Effect::Call(_)))
+    };
     let is_set = |node: &NodeId| match &graph.node(*node).effect {
-        Effect::Set(set) | Effect::Write(set) => set.head.is_some(),
+        Effect::Set(set) | Effect::Write(set) => set.head.is_some() || gives_result(node),
         _ => false,
     };
     let is_known =

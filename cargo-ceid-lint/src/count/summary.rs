@@ -6,14 +6,12 @@ use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
-use super::assumed::Assumed;
 use super::bottom_up::{most_states, too_many_ways};
 use super::chosen_resets;
 use super::chosen_returns::{self, Borrow, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
-use super::gates::KeptMode;
 use super::given::{
     Given, GivenBase, MAX_NUMBERS, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note,
     note_unknown, place_of, steps_at, with_wholes,
@@ -21,6 +19,7 @@ use super::given::{
 use super::given_heads::{self, GivenHeads};
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::only_with;
+use super::outcome::Outcome;
 use super::own_cycles;
 use super::returned;
 use super::search::{Region, Search};
@@ -29,61 +28,9 @@ use super::slice::ControlDependence;
 use super::stand_ins;
 use super::turns;
 use super::uneven;
-use super::verdict::Gate;
 use super::{handed, kept, moves};
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
-
-/// One way through a function, as far as one place goes.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Outcome {
-    pub(super) count: Count,
-    /// How far the state that it gives back is ahead of the one that it was given, if it hands one through.
-    pub(super) ahead: Count,
-    pub(super) reset: bool,
-    pub(super) unknown: Option<Cause>,
-    /// Whether some update on the way was not a guard's.
-    pub(super) direct: bool,
-    /// The heads that the result may have on this way: see [`returned`].
-    pub(super) returned: returned::Heads,
-    /// Why the way does not update, if it does so on purpose.
-    pub(super) gate: Option<Gate>,
-    /// The states for which it pauses, where its gate is a mode.
-    pub(super) modes: Vec<KeptMode>,
-    /// Whether an update failed and left the filter as it was.
-    pub(super) attempted: bool,
-    /// What the way does not update for, if that is something of the caller's.
-    pub(super) asks: Option<super::gates::Asks>,
-    /// With which conditions of the caller's it is taken.
-    pub(super) assumed: Assumed,
-    /// What is known at its end of conditions of the caller's that it writes.
-    pub(super) left: Assumed,
-}
-
-impl Outcome {
-    /// How far what it gives back is ahead of what it was given by value.
-    pub(super) fn total(&self) -> Count {
-        self.count.then(self.ahead)
-    }
-
-    /// Nothing is known of this way.
-    pub(super) fn unknown(cause: Cause) -> Self {
-        Self {
-            count: Count::Zero,
-            ahead: Count::Zero,
-            reset: false,
-            unknown: Some(cause),
-            direct: true,
-            returned: returned::ANY,
-            gate: None,
-            modes: Vec::new(),
-            attempted: false,
-            asks: None,
-            assumed: Assumed::new(),
-            left: Assumed::new(),
-        }
-    }
-}
 
 /// What a function does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

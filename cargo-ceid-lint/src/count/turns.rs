@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::counts::Count;
 use super::given::{Given, given, place_of};
+use super::outcome::Outcome;
 use super::search::Search;
-use super::summary::{Outcome, Summary};
+use super::summary::Summary;
 use crate::flow::{CallSite, ChangeKind, Effect, Place};
 use crate::index::Ty;
 

@@ -1,5 +1,6 @@
 //! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
 
+mod asked;
 mod cause;
 mod change;
 mod cycle;
@@ -443,13 +444,6 @@ impl ControlFlowGraph {
     #[must_use]
     pub fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id.0 as usize]
-    }
-
-    /// The subject that is the value of a place.
-    #[must_use]
-    pub fn subject_of(&self, place: &Place) -> Option<SubjectId> {
-        let mut subjects = (0u32..).zip(&self.subjects);
-        subjects.find(|(_, subject)| subject.whole.as_ref() == Some(place)).map(|(number, _)| SubjectId(number))
     }
 
     /// The variable with that id.

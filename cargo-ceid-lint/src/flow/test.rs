@@ -30,6 +30,10 @@ pub struct Subject {
     pub reads: Vec<Place>,
     /// The place whose value it is, if it is one.
     pub whole: Option<Place>,
+    /// The question about a place that it is to callers, if some of them may ask for the same.
+    pub question: Option<Place>,
+    /// Whether nothing but callers asks for it.
+    pub is_of_callers: bool,
     /// The heads that something asks for or assigns, in the order of their bits.
     pub heads: Vec<Head>,
     /// Whether the heads are all there are (once they are all listed).

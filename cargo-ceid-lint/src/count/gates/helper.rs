@@ -4,10 +4,10 @@ use super::{Gates, Way};
 use crate::count::assumed::is_open_to;
 use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
+use crate::count::outcome::Outcome;
 use crate::count::returned;
 use crate::count::search::{End, Exploration, Mode, Region};
 use crate::count::skips::counted_past;
-use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
@@ -176,7 +176,7 @@ impl Gates<'_, '_> {
             } else if ends_round {
                 // What else becomes of the states of elements has other names.
                 self.mode_of_element(asks, site, at)?
-            } else if asks.is_remainder && read.places.iter().any(|place| self.changes_in(place, |id| id != at)) {
+            } else if asks.is_remainder && read.places.iter().any(|place| self.counts_for(place, at)) {
                 Gate::Rate
             } else if !asks.is_presence && (self.is_event_of(&read.places, asks.is_choice) || read.is_received(asks)) {
                 Gate::Event
@@ -186,6 +186,11 @@ impl Gates<'_, '_> {
             found = found.or(Some(gate));
         }
         found
+    }
+
+    /// Whether a number changes between the calls of a helper that asks for its remainder, and not to one that was read just now.
+    fn counts_for(&self, place: &Place, at: NodeId) -> bool {
+        self.changes_in(place, |id| id != at) && (!self.is_number(place) || self.is_counted_to(place, at))
     }
 
     /// What the ways through a helper read here that do not update.

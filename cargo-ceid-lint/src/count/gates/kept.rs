@@ -53,7 +53,7 @@ impl Gates<'_, '_> {
             let element = self.element_state(*id).filter(|_| self.is_mode_of_element(*id));
             let place = match &element {
                 Some(state) => given(graph, &state.place)?,
-                None => given_subject(graph, subject)?,
+                None => given_subject(graph, subject).filter(|_| subject.whole.is_some())?,
             };
             let updating = self.updating(*id)?;
             let bears_with = |foreign: u32| {

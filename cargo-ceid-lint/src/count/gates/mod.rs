@@ -17,7 +17,9 @@ mod parallel;
 mod passed;
 mod per_element;
 mod rate;
+mod reach;
 mod ready;
+mod recalled;
 mod remembered;
 mod resumed;
 mod rotation;
@@ -160,6 +162,7 @@ impl<'s, 'a> Gates<'s, 'a> {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
                 Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
+                Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
                 Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
                 gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),
             },
@@ -384,37 +387,6 @@ impl<'s, 'a> Gates<'s, 'a> {
         let graph = self.search.graph;
         matches!(self.region, Region::Loop(own) if graph.is_within(graph.node(id).in_loop, own))
             || matches!(self.region, Region::Function)
-    }
-
-    /// The node at which an iteration begins.
-    fn start(&self) -> NodeId {
-        match self.region {
-            Region::Function => NodeId(0),
-            Region::Loop(own) => self.search.graph.loop_info(own).head,
-        }
-    }
-
-    /// The nodes that an iteration can reach; `follows` says which edges it may take.
-    fn reached(&self, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
-        self.reached_from(self.start(), follows)
-    }
-
-    fn reached_from(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
-        self.search.reached_from(self.region, from, follows)
-    }
-
-    /// Whether an iteration can come to its end from a node by these edges.
-    fn completes(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> bool {
-        let graph = self.search.graph;
-        let start = self.start();
-        let reached = self.reached_from(from, &follows);
-        self.nodes().filter(|id| reached[id.0 as usize]).any(|id| match self.region {
-            Region::Function => matches!(graph.node(id).effect, Effect::Return(_)),
-            Region::Loop(_) => {
-                let edges = graph.node(id).next.iter().enumerate();
-                edges.filter(|(_, next)| **next == start).any(|(edge, _)| follows(id, edge))
-            }
-        })
     }
 
     /// Whether a node belongs to the function that calls the closure whose cycle this is, not to the closure.

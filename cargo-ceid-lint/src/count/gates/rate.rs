@@ -10,7 +10,7 @@ use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, T
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
-const COUNTERS: &[&str] = &[
+pub(super) const COUNTERS: &[&str] = &[
     "tick", "count", "cycle", "index", "seq", "iter", "frame", "step", "number", "load", "now", "milli", "micro",
     "time",
 ];
@@ -409,7 +409,13 @@ impl Gates<'_, '_> {
     pub(super) fn goes_on_counting(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let sources = self.behind(test);
         let is_counted = |place: &Place| self.nodes().any(|id| self.counts_at(id, place));
-        let counters = sources.places.iter().filter(|place| self.is_number(place) && self.outlives(place));
+        let counters: Vec<&Place> =
+            sources.places.iter().filter(|place| self.is_number(place) && self.outlives(place)).collect();
+        // What each iteration sets counts nothing.
+        if counters.iter().any(|place| self.is_always_set_back(place, at)) {
+            return false;
+        }
+        let counters = counters.into_iter();
         let mut counted = counters.filter(|place| is_counted(place)).peekable();
         counted.peek().is_none() || counted.any(|place| self.counts_while_closed(place, at, way))
     }
@@ -448,7 +454,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a place has another value than that of the round before at a node, and not one that is counted from it.
-    fn is_given_anew(&self, place: &Place, at: NodeId) -> bool {
+    pub(super) fn is_given_anew(&self, place: &Place, at: NodeId) -> bool {
         let is_given = |id: NodeId| {
             match &self.search.graph.node(id).effect {
                 // Where a helper has a number of cycles from, only its name tells.

@@ -2,8 +2,9 @@
 
 use super::Gates;
 use crate::count::given::{Given, given, place_of};
+use crate::count::outcome::Outcome;
 use crate::count::search::{Region, Search};
-use crate::count::summary::{Outcome, Summary};
+use crate::count::summary::Summary;
 use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Relation, Transfer};
 
 /// How many nodes that set something are looked at in one function. What is beyond goes with a reset, as far as is known.

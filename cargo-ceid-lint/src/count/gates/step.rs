@@ -109,7 +109,14 @@ impl Gates<'_, '_> {
         // What the helper does to its own clock where it skips is judged there.
         let updating = self.search.updating();
         let nodes = way.nodes.iter().copied().filter(|id| !updating.contains(id)).collect();
-        self.sets_clock(self.step(), way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
+        // A sample that is not there is no time, whatever it is called: `self.last = gps(); if let Some(z) = self.last { f.update(z); }`
+        let mut step = self.step().clone();
+        if let Effect::Branch(test) = &self.search.graph.node(way.at).effect
+            && test.about.asks_presence()
+        {
+            step.places.retain(|place| !test.about.reads.contains(place));
+        }
+        self.sets_clock(&step, way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
     }
 
     pub(super) fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {

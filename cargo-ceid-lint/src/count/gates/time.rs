@@ -7,8 +7,9 @@ use super::{Gates, Way};
 use crate::config::TimeBase;
 use crate::count::cycles::named;
 use crate::count::given::{Given, given, place_of};
+use crate::count::outcome::Outcome;
 use crate::count::search::Search;
-use crate::count::summary::{Outcome, Summary};
+use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
 use crate::index::{FunctionId, Ty};
@@ -226,12 +227,7 @@ impl Gates<'_, '_> {
         }
         let is_time = self.is_time(place);
         // What another filter has kept of its input is no time: `self.last = x`.
-        // Nor is what the filter is fed with, and no step: `self.last = gps(); if let Some(z) = self.last { f.update(z); }`
-        let is_fed = || {
-            let is_step = self.told_step().is_some_and(|step| step.places.contains(place));
-            self.fed().places.contains(place) && !is_step
-        };
-        let is_clock = || is_clock_name(&self.last_name(place)) && !is_fed() || self.is_subtracted_for_step(place);
+        let is_clock = || is_clock_name(&self.last_name(place)) || self.is_subtracted_for_step(place);
         let is_named = is_time || (is_clock() && !self.is_in_other_filter(place));
         // A truth value that was asked of a clock is none.
         let is_kept = self.ty(place) != Some(Ty::Bool)

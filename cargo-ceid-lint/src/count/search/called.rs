@@ -9,8 +9,8 @@ use crate::count::called_place::CalledPlace;
 use crate::count::given::{Given, place_of};
 use crate::count::given_heads::GivenHeads;
 use crate::count::instances::place_ty;
+use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::count::summary::Outcome;
 use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 

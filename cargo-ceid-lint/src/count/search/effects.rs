@@ -6,8 +6,8 @@ use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
 use crate::count::counts::Count;
 use crate::count::instances::place_ty;
+use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     Assignment, CallSite, Cause, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject, Transfer,

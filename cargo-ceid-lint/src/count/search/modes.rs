@@ -5,8 +5,8 @@ use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
+use crate::count::outcome::Outcome;
 use crate::count::slice::MAX_TRACKED;
-use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     Assignment, CallSite, Effect, IndexKey, NodeId, OTHER_HEADS, Place, Projection, SubjectId, Test, Transfer, Var,

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::run::Run;
 use super::{Region, State};
-use crate::count::summary::Outcome;
+use crate::count::outcome::Outcome;
 use crate::flow::{Cause, Place, Projection};
 
 impl Run<'_, '_> {

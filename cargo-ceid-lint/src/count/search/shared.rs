@@ -42,7 +42,7 @@ impl Search<'_> {
         let roots = self.aliases.shared_roots(&place);
         let is_it =
             |whole: &Place| *whole == place || (roots.len() == 1 && *self.aliases.shared_roots(whole) == *roots);
-        let found = self.graph.subjects.iter().position(|subject| subject.whole.as_ref().is_some_and(is_it))?;
+        let found = self.graph.subjects.iter().position(|subject| subject.known_as().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
     }
 
@@ -58,7 +58,7 @@ impl Search<'_> {
     /// Whether what a function writes there may be in the caller's place afterwards: what it gets by value is its own, unless it is what
     /// it gives back.
     fn is_behind(&self, subject: &Subject) -> bool {
-        let base = subject.whole.as_ref().and_then(Place::base_var);
+        let base = subject.known_as().and_then(Place::base_var);
         base.is_some_and(|var| self.graph.leaves_behind(var))
     }
 
@@ -82,11 +82,13 @@ impl Run<'_, '_> {
         let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
         // What is asked of copies of them, too.
         let followed = self.tracked.subjects.clone();
-        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).collect();
-        // What nothing here changes tells callers most.
-        let (kept, written): (Vec<SubjectId>, Vec<SubjectId>) =
-            asked.into_iter().partition(|id| search.writers_of(*id).is_empty());
-        let all = kept.into_iter().map(|id| (id, false)).chain(written.into_iter().map(|id| (id, true)));
+        let written = (0u32..).zip(&graph.subjects).filter(|(_, subject)| subject.is_of_callers);
+        let written = written.map(|(number, _)| SubjectId(number));
+        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).chain(written).collect();
+        let mut all: Vec<(SubjectId, bool)> =
+            asked.into_iter().map(|id| (id, !search.writers_of(id).is_empty())).collect();
+        // States tell callers more than other questions, and what nothing here changes more than what is written.
+        all.sort_by_key(|(id, is_written)| (graph.subjects[id.0 as usize].whole.is_none(), *is_written));
         for (id, is_written) in all {
             if self.of_caller.len() >= MAX_TOLD {
                 break;

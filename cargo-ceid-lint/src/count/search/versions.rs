@@ -4,8 +4,8 @@ use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::instances::place_ty;
+use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::count::summary::Outcome;
 use crate::flow::{Advance, Assignment, CallSite, Cause, Effect, Place, Relation, Returned, Transfer, Var};
 use crate::index::handed;
 

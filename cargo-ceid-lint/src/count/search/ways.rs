@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::super::assumed::merged;
 use super::super::counts::Count;
 use super::super::gates::Asks;
+use super::super::outcome::Outcome;
 use super::super::returned;
-use super::super::summary::Outcome;
 use super::super::verdict::{Evidence, Gate};
 use super::{End, Region, Search, too_many_conditions};
 use crate::flow::Cause;
@@ -81,6 +81,7 @@ impl Search<'_> {
                 returned,
                 gate,
                 modes: gates.kept_modes(end, gate),
+                recalled: gates.recalled(&exploration, end, gate),
                 attempted: end.state.attempted,
                 asks,
                 assumed: end.assumed.clone(),

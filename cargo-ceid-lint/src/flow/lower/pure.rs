@@ -4,6 +4,7 @@ use super::Builder;
 use super::reading::{chooses, computes, only_reads};
 use super::subjects::{Pure, lends_payload, place_key, pure_place};
 use crate::flow::Place;
+use crate::flow::asked::OF_FUNCTION;
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{Closure, ExprId, ExprKind, Path, TypeRef};
 use crate::types::{Callee, LocalId};
@@ -100,7 +101,8 @@ impl Builder<'_> {
                 }
                 let base = self.pure(*receiver)?;
                 let of = if turbofish.is_empty() { String::new() } else { format!("{turbofish:?}") };
-                self.pure_parts(format!("{}.{method}{of}(", base.key), base.reads, args)
+                let reads = self.read_by_method(id, &base).unwrap_or(base.reads);
+                self.pure_parts(format!("{}.{method}{of}(", base.key), reads, args)
             }
             // What is made of pure parts is another value only where they are.
             ExprKind::Call { callee, args }
@@ -269,17 +271,18 @@ impl Builder<'_> {
                 // A static may be changed by someone else, unless it holds nothing but a value.
                 let is_value = self.is_plain_value(self.ty(id)) || self.is_made_once(id, &["LazyLock", "Lazy"]);
                 let is_fixed = !item.is_static || (!item.is_mutable && is_value);
-                is_fixed.then(|| Pure { key: path.text(), ..Pure::default() })
+                // Another one may have the same name elsewhere.
+                is_fixed.then(|| Pure { key: format!("{}@{}", path.text(), value.0), ..Pure::default() })
             }
             Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
-            None if path.ident().is_some_and(|name| self.is_const_parameter(name)) => {
-                Some(Pure { key: path.text(), ..Pure::default() })
-            }
+            None if path.segments.len() > 1 && computes(path) => Some(Pure { key: path.text(), ..Pure::default() }),
             // `P::HAS_INERTIA`, whatever `P` is.
-            None if path.segments.len() > 1 && (is_constant_name(path.last()) || computes(path)) => {
-                Some(Pure { key: path.text(), ..Pure::default() })
+            None if path.segments.len() > 1 && is_constant_name(path.last())
+                || path.ident().is_some_and(|name| self.is_const_parameter(name)) =>
+            {
+                Some(Pure { key: format!("{OF_FUNCTION}{}", path.text()), ..Pure::default() })
             }
             _ => None,
         }

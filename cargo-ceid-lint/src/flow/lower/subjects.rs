@@ -1,6 +1,7 @@
 //! What conditions are about: pure expressions in one spelling, so that branches on the same value are told to be so.
 
 use super::Builder;
+pub(super) use crate::flow::asked::place_key;
 use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Shape, Ty};
@@ -30,7 +31,15 @@ impl Builder<'_> {
         }
         let id = SubjectId(u32::try_from(self.graph.subjects.len()).expect("fewer than 2^32 subjects"));
         let heads = Vec::new();
-        let subject = Subject { key: pure.key.clone(), reads: pure.reads, whole: pure.whole, heads, total };
+        let subject = Subject {
+            key: pure.key.clone(),
+            reads: pure.reads,
+            whole: pure.whole,
+            question: None,
+            is_of_callers: false,
+            heads,
+            total,
+        };
         self.graph.subjects.push(subject);
         self.subjects.insert(pure.key, id);
         id
@@ -197,16 +206,6 @@ pub(super) fn external_head(path: &str) -> Head {
 /// The value of a place.
 pub(super) fn pure_place(place: Place) -> Pure {
     Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) }
-}
-
-/// The spelling of a place that tells subjects apart.
-pub(super) fn place_key(place: &Place) -> String {
-    if place.steps.is_empty()
-        && let Some(var) = place.base_var()
-    {
-        return format!("v{}", var.0);
-    }
-    place.spell(&|var| format!("v{}", var.0), &|id| format!("s{}", id.0))
 }
 
 /// Whether a method of an option lends what is in it.

@@ -1,5 +1,7 @@
 //! Calls that read what they are given and do nothing else: they give the same as long as that is the same.
 
+mod fields;
+
 use super::constants::Constants;
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Owner, Ty};
