@@ -174,7 +174,9 @@ impl Ty {
         let bounds: &[TraitRef] = match self.peel() {
             Self::Param(param) => &param.bounds,
             Self::Opaque(bounds) => bounds,
-            Self::External(path, args) if path.ends_with("::Box") => return args.first()?.called_as(),
+            Self::External(path, args) if matches!(path.rsplit("::").next(), Some("Box" | "Rc" | "Arc")) => {
+                return args.first()?.called_as();
+            }
             _ => return None,
         };
         bounds.iter().find_map(|bound| {

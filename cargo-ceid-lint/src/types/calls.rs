@@ -28,7 +28,7 @@ impl Infer<'_> {
             Ty::Closure(number) => {
                 let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
                 let closure = ExprId(number);
-                if let Some(params) = self.closure_params.get(&closure).cloned() {
+                if let Some(params) = self.typed.closure_params.get(&closure).cloned() {
                     for (param, given) in params.iter().zip(&given) {
                         self.variables.unify(param, given);
                     }
@@ -104,7 +104,7 @@ impl Infer<'_> {
                 let Some(owner) = owners.into_iter().next() else { return Ty::Unknown };
                 self.call_assoc(id, owner, ty, path.last(), args, expected)
             }
-            Value::ExternalAssoc(ty, name) => self.call_external_assoc(id, ty, &name, args),
+            Value::ExternalAssoc(ty, name) => self.call_external_assoc(id, ty, &name, args, expected),
             Value::Def(_) | Value::Unknown => {
                 for arg in args {
                     self.expr(*arg, None);
@@ -389,7 +389,7 @@ impl Infer<'_> {
     }
 
     /// `Type::name(args)` of a type outside the analysed code.
-    fn call_external_assoc(&mut self, id: ExprId, ty: Ty, name: &str, args: &[ExprId]) -> Ty {
+    fn call_external_assoc(&mut self, id: ExprId, ty: Ty, name: &str, args: &[ExprId], expected: Option<&Ty>) -> Ty {
         if let Some(spec) = self.index.law_spec(&ty)
             && matches!(ty, Ty::External(..))
         {
@@ -402,7 +402,7 @@ impl Infer<'_> {
         if let Some(made) = self.path_method(id, &ty, name, args) {
             return made;
         }
-        let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
+        let given: Vec<Ty> = args.iter().map(|arg| self.wrapped(*arg, expected)).collect();
         // `Type::default()` of a derive: the type is known although the function is not.
         let (path, params) = match &ty {
             Ty::External(path, params) => (path.clone(), params.clone()),

@@ -3,9 +3,7 @@
 use super::builtin;
 use super::infer::Infer;
 use crate::index::{Def, Shape, Ty};
-use crate::syntax::tree::{
-    Block, Closure, ExprId, ExprKind, Literal, MacroExpr, MacroKind, PatKind, Path, StmtKind, TypeRef,
-};
+use crate::syntax::tree::{Block, ExprId, ExprKind, Literal, MacroExpr, MacroKind, PatKind, Path, StmtKind, TypeRef};
 
 impl Infer<'_> {
     /// Walks an expression and answers its type.
@@ -163,10 +161,7 @@ impl Infer<'_> {
                 Ty::std("std::ops::Range", vec![item])
             }
             ExprKind::Closure(closure) => {
-                let params = match expected.map(|ty| self.variables.shallow(ty)) {
-                    Some(Ty::Function(params, _)) => params,
-                    _ => Vec::new(),
-                };
+                let params = self.called_with(expected);
                 self.closure(id, closure, &params)
             }
             ExprKind::Struct { path, fields, rest } => self.struct_expr(id, path, fields, *rest, expected),
@@ -192,8 +187,11 @@ impl Infer<'_> {
                 sequence_ty(item, *is_vec, value, String::new())
             }
             ExprKind::Cast { value, ty } => {
-                self.expr(*value, None);
-                self.index.lower(ty, &self.scope)
+                let to = self.index.lower(ty, &self.scope);
+                // `Box::new(|rig| rig.step()) as Box<dyn FnMut(&mut Rig)>`
+                let wanted = to.called_as().is_some().then_some(&to);
+                self.expr(*value, wanted);
+                to
             }
             ExprKind::Try(inner) => {
                 // `let bank: Vec<_> = ….collect::<Result<_, _>>()?;`
@@ -285,38 +283,6 @@ impl Infer<'_> {
             Ty::Slice(inner) => Ty::Slice(Box::new(self.open(inner))),
             other => other.clone(),
         }
-    }
-
-    /// Walks a closure; `given` are the types that its caller passes.
-    pub(super) fn closure(&mut self, id: ExprId, closure: &Closure, given: &[Ty]) -> Ty {
-        let known = self.closure_params.get(&id).cloned().unwrap_or_default();
-        let mut params = Vec::new();
-        for (number, (_, written)) in closure.params.iter().enumerate() {
-            let ty = known.get(number).cloned().unwrap_or_else(|| self.annotation(written));
-            if let Some(given) = given.get(number) {
-                self.variables.unify(&ty, given);
-            }
-            params.push(ty);
-        }
-        self.closure_params.insert(id, params.clone());
-        let result = match self.closure_outputs.get(&id) {
-            Some(ty) => ty.clone(),
-            None => self.variables.fresh(),
-        };
-        self.closure_outputs.insert(id, result.clone());
-        let outer = std::mem::replace(&mut self.output, result.clone());
-        let breaks = std::mem::take(&mut self.break_tys);
-        let found = self.in_scope(|this| {
-            for ((pat, _), ty) in closure.params.iter().zip(&params) {
-                let ty = this.variables.shallow(ty);
-                this.pat(*pat, &ty, None);
-            }
-            this.expr(closure.body, Some(&result))
-        });
-        self.output = outer;
-        self.break_tys = breaks;
-        self.variables.unify(&result, &found);
-        Ty::Closure(id.0)
     }
 
     fn struct_expr(

@@ -21,7 +21,6 @@ pub(super) struct Infer<'a> {
     pub(super) break_tys: Vec<(Option<String>, Ty)>,
     /// What each closure gives back, so that calls of it know.
     pub(super) closure_outputs: FxHashMap<ExprId, Ty>,
-    pub(super) closure_params: FxHashMap<ExprId, Vec<Ty>>,
     /// Whether the pattern of an arm is bound.
     pub(super) in_arm: bool,
 }
@@ -53,7 +52,6 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
         output,
         break_tys: Vec::new(),
         closure_outputs: FxHashMap::default(),
-        closure_params: FxHashMap::default(),
         in_arm: false,
     };
     for _ in 0..2 {
@@ -98,6 +96,9 @@ impl Infer<'_> {
         }
         for local in &mut self.typed.locals {
             local.ty = self.variables.resolve(&local.ty);
+        }
+        for param in self.typed.closure_params.values_mut().flatten() {
+            *param = self.variables.resolve(param);
         }
         let called = self.typed.callees.values_mut().filter_map(|callee| match callee {
             Callee::Resolved(resolved) => Some(resolved),

@@ -1,7 +1,7 @@
 //! Method calls: which method of the receiver's type is meant, through references, pointers and `Deref`.
 
 use super::builtin;
-use super::closure_params::closure_params;
+use super::closure_params::{closure_params, held_callback};
 use super::infer::Infer;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
@@ -238,10 +238,13 @@ impl Infer<'_> {
     fn builtin_call(&mut self, id: ExprId, receiver: &Ty, method: &str, args: &[ExprId]) -> Option<Ty> {
         let body = self.body;
         let receiver = self.shallow_deep(receiver);
+        let held = held_callback(&receiver);
         let mut given: Vec<Ty> = Vec::new();
         for arg in args {
             let is_closure = matches!(body.expr(*arg).kind, ExprKind::Closure(_));
-            given.push(if is_closure { Ty::Unknown } else { self.expr(*arg, None) });
+            // What is put into a queue of callbacks is one: `later.push(Box::new(|rig| rig.step()))`.
+            let is_made = matches!(body.expr(*arg).kind, ExprKind::Call { .. });
+            given.push(if is_closure { Ty::Unknown } else { self.expr(*arg, held.filter(|_| is_made)) });
         }
         let mut closure_output = None;
         for arg in args {

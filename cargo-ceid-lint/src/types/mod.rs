@@ -104,6 +104,8 @@ pub struct TypedBody {
     pub callees: BTreeMap<ExprId, Callee>,
     /// The `Deref` impls through which a reference becomes the one that is asked for: `fn gyro(&mut self) -> &mut Lag { &mut self.gyro }`.
     pub coerced: FxHashMap<ExprId, Vec<FunctionId>>,
+    /// What each closure is given, also where its patterns bind no name.
+    pub closure_params: FxHashMap<ExprId, Vec<Ty>>,
     /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.
     pub items: FxHashMap<ExprId, Resolved>,
 }

@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty, ValueId};
 use crate::source::SourceMap;
-use crate::syntax::tree::{Body, ExprId, ExprKind, OpaqueMacro};
+use crate::syntax::tree::{Body, ExprId, ExprKind, OpaqueMacro, PatKind};
 use crate::types::{Callee, TypedBody, param_types};
 
 /// Of how many closures a call may run one.
@@ -30,13 +30,8 @@ struct Callable {
     owner: BodyOwner,
     expr: ExprId,
     params: Vec<Ty>,
-}
-
-impl Callable {
-    /// Whether what it is lent has a type that is known, without which its body is not.
-    fn is_told(&self) -> bool {
-        !self.params.iter().any(is_open)
-    }
+    /// Whether what it does with what it is lent is known: the types are, or no name is given to it.
+    is_told: bool,
 }
 
 impl Callables {
@@ -76,23 +71,27 @@ impl Callables {
         let consumed = consumed(body, typed, names);
         for (number, expr) in (0u32..).zip(&body.exprs) {
             let id = ExprId(number);
-            let params = match &expr.kind {
+            let (params, is_told) = match &expr.kind {
                 _ if consumed.contains(&id) => continue,
                 ExprKind::Closure(code) => {
-                    let ty_of = |pat| {
-                        let local = typed.pat_local.get(pat);
-                        local.map_or(Ty::Unknown, |local| typed.local(*local).ty.clone())
-                    };
-                    code.params.iter().map(|(pat, _)| ty_of(pat)).collect()
+                    let found = typed.closure_params.get(&id).map_or(&[][..], Vec::as_slice);
+                    let ty_of = |number: usize| found.get(number).cloned().unwrap_or(Ty::Unknown);
+                    let params: Vec<Ty> = (0..code.params.len()).map(ty_of).collect();
+                    let names_it = |pat| !matches!(body.pat(pat).kind, PatKind::Wild);
+                    let mut given = code.params.iter().zip(&params);
+                    let is_told = given.all(|((pat, _), ty)| !is_open(ty) || !names_it(*pat));
+                    (params, is_told)
                 }
                 ExprKind::Path(_) if !called.contains(&id) => {
                     let target = typed.items.get(&id).and_then(|item| item.targets.first());
                     let Some(target) = target else { continue };
-                    param_types(index, index.function(*target), &index.scope_of(*target))
+                    let params = param_types(index, index.function(*target), &index.scope_of(*target));
+                    let is_told = !params.iter().any(is_open);
+                    (params, is_told)
                 }
                 _ => continue,
             };
-            self.known.push(Callable { owner, expr: id, params });
+            self.known.push(Callable { owner, expr: id, params, is_told });
         }
     }
 
@@ -135,7 +134,7 @@ impl Callables {
         let given = self.given.get(&(function, parameter))?.as_ref()?;
         let is_told = |place: &Place| {
             let mut known = self.known.iter();
-            known.any(|own| own.owner == BodyOwner::Function(place.0) && own.expr == place.1 && own.is_told())
+            known.any(|own| own.owner == BodyOwner::Function(place.0) && own.expr == place.1 && own.is_told)
         };
         let is_known = !self.has_unread && given.iter().all(is_told);
         (is_known && (1..=MAX_CALLABLES).contains(&given.len())).then(|| given.clone())
@@ -152,7 +151,7 @@ impl Callables {
             own.params.len() == params.len() && own.params.iter().zip(params).all(|(own, asked)| may_agree(own, asked))
         };
         let found = self.known.iter().filter(may_be).map(|own| match own.owner {
-            BodyOwner::Function(function) if own.is_told() => Some((function, own.expr)),
+            BodyOwner::Function(function) if own.is_told => Some((function, own.expr)),
             _ => None,
         });
         let found: Vec<_> = found.collect::<Option<_>>()?;
@@ -234,8 +233,32 @@ fn runs_at_once(method: &str) -> bool {
             | "retain"
             | "retain_mut"
             | "take_while"
-            | "skip_while"
+            | "map_while"
             | "inspect"
+            | "inspect_err"
+            | "scan"
+            | "reduce"
+            | "rfold"
+            | "rfind"
+            | "try_fold"
+            | "try_for_each"
+            | "skip_while"
+            | "chunk_by"
+            | "binary_search_by"
+            | "binary_search_by_key"
+            | "partition_point"
+            | "sort_by_cached_key"
+            | "select_nth_unstable_by"
+            | "select_nth_unstable_by_key"
+            | "dedup_by"
+            | "dedup_by_key"
+            | "extract_if"
+            | "take_if"
+            | "and_modify"
+            | "then"
+            | "trim_matches"
+            | "trim_start_matches"
+            | "trim_end_matches"
             | "partition"
             | "is_some_and"
             | "is_ok_and"

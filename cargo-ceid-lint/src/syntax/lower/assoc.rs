@@ -33,6 +33,8 @@ impl Lowerer<'_, '_> {
                 && let Some(own) = self.own_assoc_items(&call.attrs, |low| low.own_impl_items(&call.mac))
             {
                 lowered.extend(own);
+            } else if let Some(own) = self.duplicate_impl_items(item) {
+                lowered.extend(own);
             } else {
                 let present = self.impl_item(item);
                 if let (None, syn::ImplItem::Fn(item)) = (&present, item) {

@@ -20,7 +20,9 @@ impl Lowerer<'_, '_> {
             return;
         }
         let before = out.len();
-        self.present_item(item, out);
+        if !self.duplicate_items(item, out) {
+            self.present_item(item, out);
+        }
         if out.len() == before {
             self.note_removed(item);
         }

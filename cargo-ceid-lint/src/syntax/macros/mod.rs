@@ -3,6 +3,7 @@
 
 mod ceid;
 mod cfg_if;
+mod duplicate;
 mod expand;
 mod imported;
 mod operands;

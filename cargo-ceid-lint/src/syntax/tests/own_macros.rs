@@ -195,3 +195,51 @@ fn places() {
     let shown: Vec<&str> = body.exprs.iter().map(|expr| map.snippet(expr.span)).collect();
     assert_eq!(shown, ["self", "self.kf", "m!(self.kf)", "{ m!(self.kf) }"]);
 }
+
+#[test]
+fn duplicates_in_short_form() {
+    check_items(
+        "#[duplicate_item(own wide; [A] [u8]; [B] [u16];)] struct own { x: wide }",
+        "struct A {x:u8}, struct B {x:u16}",
+    );
+    check_items("#[duplicate::duplicate_item(own; [A]; [B])] #[x] struct own;", "@x struct A {}, @x struct B {}");
+    check_items("duplicate! { [own; [A]; [B]] struct own; }", "struct A {}, struct B {}");
+}
+
+#[test]
+fn duplicates_in_long_form() {
+    check_items(
+        "#[duplicate_item([own [A] wide [u8]] [wide [u16] own [B]])] struct own { x: wide }",
+        "struct A {x:u8}, struct B {x:u16}",
+    );
+}
+
+#[test]
+fn duplicates_with_parameters_and_for_all() {
+    check_items(
+        "duplicate! { [own by(T); [A] [&T]; [B] [&mut T]] struct own { x: by([u8]) } }",
+        "struct A {x:&u8}, struct B {x:&mut u8}",
+    );
+    check_items(
+        "#[duplicate_item(wide [u8]; own; [A]; [B])] struct own { x: wide }",
+        "struct A {x:u8}, struct B {x:u8}",
+    );
+    check_items("#[substitute_item(wide [u8];)] struct A { x: wide }", "struct A {x:u8}");
+}
+
+#[test]
+fn duplicates_that_are_not_understood_stay_as_they_are() {
+    check_items("#[duplicate_item(own; [A] [B])] struct own;", "@duplicate_item(own; [A] [B]) struct own {}");
+    check_items(
+        "macro_rules! duplicate { ($($x:tt)*) => { struct C; } } duplicate! { [a; [b]] struct a; }",
+        "macro_rules duplicate false, struct C {}",
+    );
+}
+
+#[test]
+fn duplicated_modules_have_names_of_their_own() {
+    check_items(
+        "#[duplicate_item(own; [FastLag]; [Lead])] mod kind { struct own; }",
+        "mod kind_fast_lag {struct FastLag {}}, mod kind_lead {struct Lead {}}",
+    );
+}

@@ -7,6 +7,7 @@ use syn::visit::Visit;
 
 use crate::source::Span;
 use crate::syntax::lower::{BodyLowerer, Lowerer};
+use crate::syntax::macros::duplicate;
 use crate::syntax::tree::{AssocItem, Block, ExprId, ExprKind, Item, OpaqueMacro};
 
 /// Any number of something, to the end.
@@ -75,6 +76,85 @@ impl<'l, 'a> Lowerer<'l, 'a> {
         let search = |search: &mut Indices<'_, '_, '_>| items.iter().for_each(|item| search.visit_trait_item(item));
         self.indices_are_told_apart(mac, search).then(|| self.expanding(mac, |low| low.trait_items(&items)))
     }
+}
+
+impl Lowerer<'_, '_> {
+    /// Adds the items that an item with `#[duplicate_item(…)]` stands for; gives false if it has none, or is not understood.
+    pub(in crate::syntax) fn duplicate_items(&mut self, item: &syn::Item, out: &mut Vec<Item>) -> bool {
+        let Some(attributes) = attributes_of(item) else { return false };
+        let Some((at, how)) = duplicating(attributes) else { return false };
+        let mut code = item.clone();
+        let own = attributes_of_mut(&mut code).map(|own| own.remove(at));
+        let made = own.and_then(|_| duplicate::duplicates(&how, &code.to_token_stream()));
+        let Some(items) = made.and_then(parse_all::<syn::Item>) else { return false };
+        let place = self.attribute_place(&attributes[at]);
+        self.duplicating(place, |low| low.items(&items, out));
+        true
+    }
+
+    /// The same of an item of an impl.
+    pub(in crate::syntax) fn duplicate_impl_items(&mut self, item: &syn::ImplItem) -> Option<Vec<AssocItem>> {
+        let syn::ImplItem::Fn(method) = item else { return None };
+        let (at, how) = duplicating(&method.attrs)?;
+        let mut code = method.clone();
+        code.attrs.remove(at);
+        let items = duplicate::duplicates(&how, &code.to_token_stream()).and_then(parse_all::<syn::ImplItem>)?;
+        let place = self.attribute_place(&method.attrs[at]);
+        Some(self.duplicating(place, |low| low.impl_items(&items)))
+    }
+
+    fn attribute_place(&self, attribute: &syn::Attribute) -> Span {
+        self.span(attribute.pound_token.span).to(self.span(attribute.bracket_token.span.close()))
+    }
+
+    fn duplicating<T>(&mut self, place: Span, work: impl FnOnce(&mut Self) -> T) -> T {
+        self.progress.enter(place);
+        let value = work(self);
+        self.progress.leave();
+        value
+    }
+}
+
+/// The attribute that duplicates what it stands before: its number, and how.
+fn duplicating(attributes: &[syn::Attribute]) -> Option<(usize, TokenStream)> {
+    attributes.iter().enumerate().find_map(|(at, attribute)| {
+        let last = &attribute.path().segments.last()?.ident;
+        let is_it = ["duplicate_item", "substitute_item", "duplicate"].iter().any(|name| last == name);
+        match &attribute.meta {
+            syn::Meta::List(list) if is_it => Some((at, list.tokens.clone())),
+            _ => None,
+        }
+    })
+}
+
+fn attributes_of(item: &syn::Item) -> Option<&[syn::Attribute]> {
+    Some(match item {
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Struct(item) => &item.attrs,
+        syn::Item::Enum(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Trait(item) => &item.attrs,
+        syn::Item::Type(item) => &item.attrs,
+        syn::Item::Const(item) => &item.attrs,
+        syn::Item::Static(item) => &item.attrs,
+        syn::Item::Mod(item) if item.content.is_some() => &item.attrs,
+        _ => return None,
+    })
+}
+
+fn attributes_of_mut(item: &mut syn::Item) -> Option<&mut Vec<syn::Attribute>> {
+    Some(match item {
+        syn::Item::Fn(item) => &mut item.attrs,
+        syn::Item::Struct(item) => &mut item.attrs,
+        syn::Item::Enum(item) => &mut item.attrs,
+        syn::Item::Impl(item) => &mut item.attrs,
+        syn::Item::Trait(item) => &mut item.attrs,
+        syn::Item::Type(item) => &mut item.attrs,
+        syn::Item::Const(item) => &mut item.attrs,
+        syn::Item::Static(item) => &mut item.attrs,
+        syn::Item::Mod(item) => &mut item.attrs,
+        _ => return None,
+    })
 }
 
 /// Looks for computed indices whose text is that of the whole call.

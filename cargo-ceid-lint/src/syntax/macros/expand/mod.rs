@@ -22,7 +22,7 @@ use std::rc::Rc;
 use proc_macro2::{TokenStream, TokenTree};
 
 use self::rules::{Rule, list, parse_rules};
-use super::{Imported, Shape, shape};
+use super::{Imported, Shape, duplicate, shape};
 use crate::source::Span;
 use crate::syntax::cfg_eval::Presence;
 use crate::syntax::lower::silent::names_in;
@@ -226,7 +226,8 @@ impl Lowerer<'_, '_> {
     /// The code that a call of a macro whose rules are known stands for.
     pub(super) fn expansion(&mut self, mac: &syn::Macro) -> Option<TokenStream> {
         let rules = self.own_rules(&mac.path);
-        if rules.is_none() && !self.is_paste(&mac.path) {
+        let duplicates = self.is_duplicate(&mac.path);
+        if rules.is_none() && !self.is_paste(&mac.path) && !duplicates {
             return None;
         }
         if self.progress.depth >= MAX_DEPTH {
@@ -238,6 +239,7 @@ impl Lowerer<'_, '_> {
         let left = MAX_TOKENS.checked_sub(self.progress.tokens + 1)?;
         let tokens = match rules {
             Some(rules) => rules.expand(&mac.tokens, call_place(mac), left)?,
+            None if duplicates => duplicate::duplicated(&mac.tokens)?,
             None => paste::pasted(&mac.tokens)?,
         };
         let (count, nesting) = size(&tokens);
@@ -248,6 +250,14 @@ impl Lowerer<'_, '_> {
     /// Whether a macro is the one that puts names together, of whatever crate.
     fn is_paste(&self, path: &syn::Path) -> bool {
         path.segments.last().is_some_and(|last| last.ident == "paste") && !self.loader.own_macros.contains("paste")
+    }
+
+    /// Whether a macro is one of the crate `duplicate`.
+    fn is_duplicate(&self, path: &syn::Path) -> bool {
+        let last = path.segments.last().map(|last| name(&last.ident));
+        last.is_some_and(|last| {
+            matches!(last.as_str(), "duplicate" | "substitute") && !self.loader.own_macros.contains(&last)
+        })
     }
 
     /// Lowers the code that a call stands for.
