@@ -256,8 +256,10 @@ impl Builder<'_> {
             ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
             ("once", [only]) if is_std => {
                 let value = self.expr(*only);
+                // What a tuple lends is lent by what the iterator gives: `once((&name, &mut lag))`.
+                let is_lent = !value.is_owned || matches!(self.ty(*only), Ty::Tuple(_));
                 let item = match value.place {
-                    Some(place) if !value.is_owned && self.may_hold_filter(self.ty(*only)) => Item::Same(place),
+                    Some(place) if is_lent && self.may_hold_filter(self.ty(*only)) => Item::Same(place),
                     _ => Item::Made,
                 };
                 return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
