@@ -113,6 +113,7 @@ impl Gates<'_, '_> {
         let mut step = self.step().clone();
         if let Effect::Branch(test) = &self.search.graph.node(way.at).effect
             && test.about.asks_presence()
+            && test.about.names.is_empty()
         {
             step.places.retain(|place| !test.about.reads.contains(place));
         }

@@ -141,13 +141,6 @@ impl Builder<'_> {
         let about = self.about(scrutinee);
         self.note_ends(scrutinee);
         let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
-        // What several conditions wait for is asked where they are, one by one: `match n % 10 == 0 && is_armed() { … }`.
-        let about = match self.body().expr(scrutinee).kind {
-            ExprKind::Binary { op: "&&" | "||", .. } => {
-                About { reads: value.place.iter().cloned().collect(), ..Default::default() }
-            }
-            _ => about,
-        };
         let emptied = value.place.clone().filter(|_| taken.is_some());
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
