@@ -133,8 +133,11 @@ pub(super) fn note_unknown(
     cause: &Cause,
     into: &mut BTreeMap<Given, Cause>,
 ) {
-    for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
-        into.entry(given).or_insert_with(|| cause.clone());
+    // What a tuple lends goes where the tuple goes: `unseen((name, &mut self.lag))`.
+    for (_, root) in aliases.parts(place) {
+        if let Some(given) = given(graph, &root) {
+            into.entry(given).or_insert_with(|| cause.clone());
+        }
     }
 }
 
