@@ -40,10 +40,10 @@ impl Builder<'_> {
         let value = self.expr(then);
         let moved = self.moved_guard(&value);
         self.close_block_without(moved, self.span(then));
-        self.end_branch(&join, &value, self.span(then));
+        self.end_branch_of(&join, &value, Some(then), self.span(then));
         self.resume_if_reached(no);
         let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();
-        self.end_branch(&join, &value, otherwise.map_or(span, |otherwise| self.span(otherwise)));
+        self.end_branch_of(&join, &value, otherwise, otherwise.map_or(span, |otherwise| self.span(otherwise)));
         self.close_join(&join)
     }
 

@@ -79,7 +79,7 @@ impl Builder<'_> {
             self.note_written_field(arm.body, &mut super::changes::WrittenFields::new(), self.span(arm.body));
             let moved = self.moved_guard(&value);
             self.close_block_without(moved, self.span(arm.body));
-            self.end_branch(&join, &value, self.span(arm.body));
+            self.end_branch_of(&join, &value, Some(arm.body), self.span(arm.body));
             self.resume_if_reached(next);
             if number + 1 == arms.len() && self.at.is_some() {
                 // A match has an arm for every value.

@@ -25,12 +25,26 @@ impl Builder<'_> {
 
     /// Ends a branch with its value.
     pub(super) fn end_branch(&mut self, join: &Join, value: &Value, span: Span) {
+        self.end_branch_of(join, value, None, span);
+    }
+
+    /// The same with the expression that gives the value, which may be a state: `_ => self.state`.
+    pub(super) fn end_branch_of(&mut self, join: &Join, value: &Value, given: Option<ExprId>, span: Span) {
         if self.at.is_none() {
             return;
         }
         let before = self.iterators.get(&join.value).cloned();
         self.join_made(value, join.value, span);
         self.set(join.value, value, span);
+        if let Some(given) = given {
+            let mut last = given;
+            while let ExprKind::Block(block) = &self.body().expr(last).kind
+                && let Some(tail) = block.tail
+            {
+                last = tail;
+            }
+            self.note_copy(last);
+        }
         self.join_parts(value, join.value, span);
         self.note_choice(join.value, before);
         self.arrived.entry(join.value).or_default().push(value.closure);
