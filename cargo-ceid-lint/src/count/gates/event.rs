@@ -320,12 +320,15 @@ impl Gates<'_, '_> {
             }
             _ => false,
         };
+        if giving.is_empty() || !giving.iter().all(brings) {
+            return false;
+        }
         let before = self.reached(|node, _| !giving.contains(&node));
         let asks = |id: NodeId| match &graph.node(id).effect {
             Effect::Branch(test) => test.about.reads.contains(place),
             _ => false,
         };
-        !giving.is_empty() && giving.iter().all(brings) && !self.nodes().any(|id| before[id.0 as usize] && asks(id))
+        !self.nodes().any(|id| before[id.0 as usize] && asks(id))
     }
 
     /// Whether a parameter is the event that a handler is called with: an enum, or what its name or that of its type says so of.

@@ -69,6 +69,8 @@ pub(super) struct Gates<'s, 'a> {
     modes: RefCell<BTreeMap<(SubjectId, Option<NodeId>), bool>>,
     /// What was asked of filters that only their updates and resets change, and latches, with the heads that others may give those.
     own_states: RefCell<BTreeMap<Place, Vec<Head>>>,
+    /// See [`Self::memories`].
+    memories: OnceCell<Vec<SubjectId>>,
     /// See [`Self::of_remembered`].
     remembered: RefCell<BTreeMap<(SubjectId, u32), bool>>,
     /// Whether the cycle keeps a time in a place.
@@ -122,6 +124,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             time_base: OnceCell::new(),
             modes: RefCell::default(),
             own_states: RefCell::default(),
+            memories: OnceCell::new(),
             remembered: RefCell::default(),
             kept_times: RefCell::default(),
             signals: Signals::default(),

@@ -1,9 +1,11 @@
 //! Pauses that a flag remembers: `if enabled() { if !self.active { f.reset(); self.active = true; } f.update(); } else { self.active =
 //! false; }`. The condition is no state, but a state tells at the end of each iteration whether the filter runs.
 
+use std::collections::BTreeSet;
+
 use super::{Gates, Way};
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, Head, NodeId, Place, SubjectId};
+use crate::flow::{Effect, Head, NodeId, Place, Subject, SubjectId};
 
 /// A state, and the heads of it with which an iteration ends that has paused.
 #[derive(Clone, Copy)]
@@ -17,16 +19,31 @@ struct Memory<'a> {
 impl Gates<'_, '_> {
     /// A way whose pause a state remembers, with a reset of the filter where it begins to run again, or where it stops.
     pub(super) fn of_remembered(&self, way: &Way) -> Option<Gate> {
-        let subjects = (0u32..).map(SubjectId).zip(&self.search.graph.subjects);
-        let mut memories = subjects.filter_map(|(id, subject)| {
-            let place = subject.whole.as_ref()?;
-            // Whether the filter is there is no memory of it.
-            let may_tell = place.base_var().is_some() && self.outlives(place) && !self.is_instance(place);
-            let idle = if may_tell { self.heads_after(id, way) } else { 0 };
+        let mut memories = self.memories().iter().filter_map(|id| {
+            let subject = &self.search.graph.subjects[id.0 as usize];
+            let idle = self.heads_after(*id, way);
             let running = subject.anything() & !idle;
-            (idle != 0 && running != 0).then_some(Memory { id, place, idle, running })
+            let place = subject.whole.as_ref()?;
+            (idle != 0 && running != 0).then_some(Memory { id: *id, place, idle, running })
         });
         memories.any(|memory| self.is_kept_in(memory)).then_some(Gate::Mode)
+    }
+
+    /// The states that the cycle gives several heads in so many words, and keeps. There are few of them, and many ways.
+    fn memories(&self) -> &[SubjectId] {
+        self.memories.get_or_init(|| {
+            let graph = self.search.graph;
+            let subjects = (0u32..).map(SubjectId).zip(&graph.subjects);
+            let is_memory = |(id, subject): &(SubjectId, &Subject)| {
+                let Some(place) = subject.whole.as_ref() else { return false };
+                // Whether the filter is there is no memory of it.
+                let may_tell = place.base_var().is_some() && self.outlives(place) && !self.is_instance(place);
+                let given = |node: &NodeId| self.is_inside(*node).then(|| self.head_given(place, *node)).flatten();
+                let heads = || -> BTreeSet<&Head> { self.search.writers_of(*id).iter().filter_map(given).collect() };
+                may_tell && !self.comes_anew(place) && heads().len() > 1
+            };
+            subjects.filter(is_memory).map(|(id, _)| id).collect()
+        })
     }
 
     fn is_kept_in(&self, memory: Memory<'_>) -> bool {
@@ -36,10 +53,10 @@ impl Gates<'_, '_> {
         }
         let subject = &self.search.graph.subjects[id.0 as usize];
         let is_given = |heads: u32| {
-            let mut given = self.giving(memory, heads).into_iter().filter_map(|node| self.head_given(memory, node));
+            let mut given = self.giving(memory, heads).into_iter().filter_map(|node| self.head_given(place, node));
             given.any(|head| subject.bit(head) & heads != 0)
         };
-        let is_switched = is_given(idle) && is_given(running) && !self.comes_anew(place);
+        let is_switched = is_given(idle) && is_given(running);
         // What others may give it leads to a reset.
         let bears = match is_switched {
             true if self.resets_before_running(memory) => Some(idle),
@@ -97,7 +114,7 @@ impl Gates<'_, '_> {
     fn giving(&self, memory: Memory<'_>, heads: u32) -> Vec<NodeId> {
         let graph = self.search.graph;
         let subject = &graph.subjects[memory.id.0 as usize];
-        let gives = |node: &NodeId| match self.head_given(memory, *node) {
+        let gives = |node: &NodeId| match self.head_given(memory.place, *node) {
             Some(head) => subject.bit(head) & heads != 0,
             None => true,
         };
@@ -106,9 +123,9 @@ impl Gates<'_, '_> {
     }
 
     /// The head that a node gives the state, if it is always the same one.
-    fn head_given(&self, memory: Memory<'_>, node: NodeId) -> Option<&Head> {
+    fn head_given(&self, place: &Place, node: NodeId) -> Option<&Head> {
         match &self.search.graph.node(node).effect {
-            Effect::Set(set) | Effect::Write(set) if set.place == *memory.place => set.head.as_ref(),
+            Effect::Set(set) | Effect::Write(set) if set.place == *place => set.head.as_ref(),
             _ => None,
         }
     }
