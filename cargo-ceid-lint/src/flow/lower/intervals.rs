@@ -18,6 +18,9 @@ use crate::types::{Callee, TypedBody};
 /// How many calls are followed to the number that a function gives.
 const MAX_CALLS: u32 = 2;
 
+/// How many answers of questions about one value are compared.
+const MAX_ANSWERS: usize = 1 << 18;
+
 /// A question about a value that numbers answer.
 #[derive(Clone, Debug)]
 pub(super) struct Bound {
@@ -187,6 +190,10 @@ impl Builder<'_> {
             let of_type = self.ends.get(&value.key).copied().unwrap_or_default();
             let known = |at: usize| bounds.iter().find_map(|(_, bound)| bound.ends[at]).or(of_type[at]);
             let parts = parts(&numbers, is_float, [known(0), known(1)]);
+            let asked: usize = bounds.iter().map(|(_, bound)| bound.numbers().len()).sum();
+            if parts.len().saturating_mul(asked) > MAX_ANSWERS {
+                continue;
+            }
             let answers_to =
                 |part: Part| -> Vec<Head> { bounds.iter().map(|(_, bound)| bound.head(&numbers, part)).collect() };
             // The heads of a question are the same wherever it is asked, as long as there are not too many.
