@@ -28,6 +28,7 @@ impl Run<'_, '_> {
             && called.effects.iter().all(|effect| effect.outcomes.is_empty())
             && search.borrowed(self.names.get(state.names), site, &|var| self.number(state, var)).is_none()
             && site.hands.is_none()
+            && self.copies_through(state, site) == state.copies
         {
             self.everywhere(at, state);
             return;
@@ -111,6 +112,7 @@ impl Run<'_, '_> {
             after.push(state);
         }
         for next in after {
+            let next = State { copies: self.copies_through(&next, site), ..next };
             let number = |var| self.number(&next, var);
             let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site, &number) else {
                 self.everywhere(at, &next);
@@ -287,7 +289,9 @@ impl Run<'_, '_> {
             Transfer::Copy => false,
         };
         if may_go_back {
-            for (state, set) in self.copied(state, set) {
+            let ways = self.copied(state, set);
+            self.exploration.leaves_out_copies |= ways.is_empty();
+            for (state, set) in ways {
                 self.give(at, &state, &set);
             }
             return;
