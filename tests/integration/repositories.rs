@@ -83,6 +83,18 @@ fn packages_side_by_side_without_a_root() {
 }
 
 #[test]
+fn package_beside_a_broken_one_keeps_its_directory() {
+    let files = [
+        ("arm/Cargo.toml", &*package("arm", "")),
+        ("arm/src/lib.rs", GUILTY),
+        ("broken/Cargo.toml", "[package\n"),
+        ("broken/src/lib.rs", GUILTY),
+    ];
+    let directory = repository("beside_a_broken_one", &files);
+    check(&directory, &["."], 101, &["arm/src/lib.rs"], &[("broken/Cargo.toml", "unclosed table")]);
+}
+
+#[test]
 fn git_dependency_that_is_not_there() {
     let manifest = alone("[dependencies]\nbus = { git = \"https://git.invalid/bus\" }\n");
     let files = [("Cargo.toml", &*manifest), ("src/lib.rs", GUILTY)];

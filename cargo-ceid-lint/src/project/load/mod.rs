@@ -88,6 +88,7 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
     let is_alone = roots.manifests.len() + roots.files.len() == 1;
     let mut parts: Vec<Project> = Vec::new();
     let mut problems = roots.problems.clone();
+    let mut unread: Vec<&Path> = Vec::new();
     for path in &roots.manifests {
         if parts
             .iter()
@@ -98,11 +99,18 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
         match load_workspace(path, selection, &roots.only) {
             Ok(part) => parts.push(part),
             Err(error) if is_alone => return Err(error),
-            Err(error) => problems.push(error.problem(path)),
+            Err(error) => {
+                problems.push(error.problem(path));
+                unread.extend(path.parent());
+            }
         }
     }
     parts.extend(load_files(roots, selection)?);
     let mut project = merge(parts);
+    // Paths are told as if all of them had been read.
+    if !project.packages.is_empty() {
+        project.root = unread.iter().fold(project.root, |root, path| common(&root, path));
+    }
     project.only = roots.only.clone();
     project.problems.extend(problems);
     Ok(project)
