@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
-use super::fed::{is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
+use super::fed::{is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
 use super::search::{Region, Search};
 use super::summary::Summaries;
@@ -310,7 +310,10 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
         })
         .copied()
         .collect();
-    if !info.has_constant_rounds() && !is_inner && is_mixed_with(search, node, id, &from_bound) {
+    if !info.has_constant_rounds()
+        && !is_inner
+        && (is_mixed_with(search, node, id, &from_bound) || is_lent_with_sample(search, node, id, &from_bound))
+    {
         return true;
     }
     let passed_on = passed_on(graph, aliases, search, &given, id);

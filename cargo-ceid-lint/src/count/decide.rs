@@ -18,6 +18,7 @@ use super::skips::{
 };
 use super::taken_out;
 use super::verdict::{Evidence, Gate, Verdict};
+use super::warm_ups::is_run_in;
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, Place};
@@ -187,6 +188,12 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     for end in ends.iter_mut().filter(|end| end.state.attempted) {
         end.state.count = end.state.count.then(Count::One);
     }
+    // What runs a filter in behind its reset belongs to that.
+    let is_repeating = ends.iter().any(|end| end.state.count == Count::Many);
+    let is_run_in = is_repeating && is_run_in(search, region, &exploration);
+    for end in ends.iter_mut().filter(|end| is_run_in && end.state.count == Count::Many) {
+        end.state.count = Count::One;
+    }
     let is_there = |end: &&End| end.state.count != Count::Zero || !is_of_nothing(search, &exploration, end);
     let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).filter(is_there).collect();
     let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
@@ -281,6 +288,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let verdict = match (resets, direct) {
             _ if has_samples => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,
+            _ if is_run_in => Verdict::OnceOrReset,
             (false, true) => Verdict::Once,
             (false, false) if updates.count() > 0 => Verdict::Guarded,
             (false, false) => Verdict::Once,

@@ -121,6 +121,33 @@ pub(super) fn is_mixed_with(search: &Search<'_>, update: NodeId, id: LoopId, fro
     named.any(|(span, computed)| of_both(span, computed)) || mixed.any(|(_, span, computed)| of_both(*span, computed))
 }
 
+/// Whether a helper that updates the instance is lent something else that another call of the round gives the sample:
+/// `self.engine.start(&mut frame); frame.read(*sample);`
+pub(super) fn is_lent_with_sample(search: &Search<'_>, update: NodeId, id: LoopId, from_bound: &Derived<'_>) -> bool {
+    let Search { graph, aliases, program, .. } = *search;
+    let Effect::Call(site) = &graph.node(update).effect else { return false };
+    let is_context = |place: &Place| {
+        let ty = place_ty(program.index, graph, place);
+        ty.is_some_and(|ty| matches!(ty.peel(), Ty::Adt(..)) && !program.index.holds_filter(ty.peel()))
+    };
+    let lent = site.args.iter().skip(1).filter(|arg| !arg.is_shared && !arg.is_copy && !arg.is_moved);
+    let lent: Vec<Place> = lent
+        .filter_map(|arg| arg.value_of.as_ref().or(arg.place.as_ref()))
+        .flat_map(|place| aliases.roots(place))
+        .filter(is_context)
+        .collect();
+    let is_lent = |place: &Place| aliases.roots(place).iter().any(|root| lent.iter().any(|lent| lent.overlaps(root)));
+    let is_inside = |node: &NodeId| graph.is_within(graph.node(*node).in_loop, id);
+    site.law_of.is_none()
+        && graph.node_ids().filter(is_inside).any(|node| match &graph.node(node).effect {
+            Effect::Call(other) => {
+                let receiver = other.args.first().and_then(|arg| arg.value_of.as_ref().or(arg.place.as_ref()));
+                receiver.is_some_and(is_lent) && other.fed.iter().any(|var| from_bound.contains(*var))
+            }
+            _ => false,
+        })
+}
+
 /// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
 /// *sample = delay.run(*sample);`
 pub(super) fn passed_on(

@@ -67,6 +67,7 @@ mod uneven;
 mod uses;
 mod verdict;
 mod waits;
+mod warm_ups;
 mod witness;
 
 pub use analyse::analyse;

@@ -201,7 +201,9 @@ impl Context<'_> {
         if !is_local && (is_touched(self.fields) || is_touched(self.anywhere) || self.lent.has(index, graph, place)) {
             return;
         }
-        if var.is_some_and(|var| finished::of_variable(graph, self.summaries, var).any(|part| *part == leaf.steps)) {
+        if var.is_some_and(|var| finished::of_variable(graph, self.summaries, var).any(|part| *part == leaf.steps))
+            || (is_touched(self.fields) || is_touched(self.anywhere)) && self.is_of_settings(facts, place)
+        {
             return;
         }
         let uses = self.uses(facts, place);

@@ -1,4 +1,4 @@
-//! Elements of an array that one owner of it, or one cycle of it, leaves alone, while others use them.
+//! Filters that one owner of them, or one cycle, leaves alone, while other code runs those of other owners.
 
 use super::analyse::{Context, FunctionFacts};
 use crate::flow::{Effect, IndexKey, Place};
@@ -27,5 +27,22 @@ impl Context<'_> {
         let graph = facts.graph;
         let is_lent = place.base_var().is_none_or(|var| graph.var(var).param.is_some());
         is_lent && self.fields.is_selected_elsewhere(self.program.index, graph, place)
+    }
+
+    /// Whether a filter lies in a value that the function makes for itself and only looks at: it holds settings here.
+    /// `let parameters = Parameters::default(); for … { lfo.restart(&parameters.lfos[0]); }`
+    pub(super) fn is_of_settings(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let graph = facts.graph;
+        let Some(var) = place.base_var().filter(|var| !place.steps.is_empty() && graph.var(*var).param.is_none())
+        else {
+            return false;
+        };
+        let whole = self.uses(facts, &Place::var(var));
+        let is_looked_at = !whole.fed && !whole.written && !whole.leaves && !whole.copied;
+        // Of two alike the other one is updated for both, as in a copied line.
+        let is_alike = |other: &Place| {
+            other.base == place.base || other.base_var().is_some_and(|other| graph.var(other).ty == graph.var(var).ty)
+        };
+        is_looked_at && self.is_built_here(graph, var) && !facts.updated.iter().any(|other| is_alike(&other.place))
     }
 }

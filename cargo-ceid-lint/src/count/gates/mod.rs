@@ -31,6 +31,7 @@ mod state;
 mod step;
 mod time;
 mod told;
+mod warm_up;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};

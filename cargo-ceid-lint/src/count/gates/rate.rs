@@ -26,6 +26,8 @@ struct CountSteps {
     set_back: bool,
     /// It goes up by so much as was dealt with: `used += block.len()`.
     sums: bool,
+    /// It goes up by a fraction of a step, the same in all iterations: `phase += ratio`.
+    glides: bool,
     /// It goes round by itself.
     wraps: bool,
     /// It changes in another way.
@@ -62,6 +64,9 @@ impl Gates<'_, '_> {
                 return Some(Gate::Rate);
             }
             let steps = self.count_steps(place)?;
+            if steps.glides && self.is_used_up(place, at, way) {
+                return Some(Gate::Rate);
+            }
             let counts = steps.up || steps.down;
             // What goes round with something else than the cycles opens the gate with that.
             if steps.wraps || (counts && (test.about.is_masked || self.asks_held_remainder(test, true))) {
@@ -130,37 +135,12 @@ impl Gates<'_, '_> {
 
     /// Whether a comparison leads to no update where a number is below what it is compared with; `None` if the number is on
     /// neither side by itself.
-    fn waits_below(&self, test: &Test, at: NodeId, place: &Place) -> Option<bool> {
+    pub(super) fn waits_below(&self, test: &Test, at: NodeId, place: &Place) -> Option<bool> {
         let side = test.about.compared.iter().position(|side| side.as_ref() == Some(place))?;
         // A comparison of whole numbers is turned so that it asks for less, if anything is known of both sides.
         test.subject.filter(|_| self.is_number(place))?;
         let below = self.search.graph.node(at).next.get(side)?;
         Some(!self.reach()[below.0 as usize])
-    }
-
-    /// A count that runs once, of rounds or of what is left.
-    pub(super) fn is_warm_up(&self, test: &Test, at: NodeId, way: &Way) -> bool {
-        self.is_first_rounds(test, at) || self.is_used_up_once(test, way)
-    }
-
-    /// `for i in 0.. { if i < 100 { continue; } … }`: the number of the round itself is asked, and the first ones are passed.
-    fn is_first_rounds(&self, test: &Test, at: NodeId) -> bool {
-        let graph = self.search.graph;
-        let Region::Loop(own) = self.region else { return false };
-        let info = graph.loop_info(own);
-        let goes_up = !info.counts_down && !info.is_mirrored;
-        let Some((counter, first)) = info.counter.filter(|_| goes_up) else { return false };
-        let counter = Place::var(counter);
-        let reads = &test.about.reads;
-        if !reads.contains(&counter) || !reads.iter().all(|place| *place == counter || self.is_setting(place)) {
-            return false;
-        }
-        if test.about.is_comparison {
-            return self.waits_below(test, at, &counter) == Some(true);
-        }
-        let asks_first =
-            matches!((test.about.heads.as_slice(), first), ([head], Some(first)) if *head == first.to_string());
-        asks_first && graph.node(at).next.first().is_some_and(|next| !self.reach()[next.0 as usize])
     }
 
     /// `for tick in 0.. { if tick & 7 == 0 { … } }`: the low bits of the number of the round are its remainder.
@@ -172,32 +152,6 @@ impl Gates<'_, '_> {
         test.about.is_masked && is_low && counter.is_some_and(|counter| test.about.reads == [counter])
     }
 
-    /// `if let Some(left) = skip.checked_sub(1) { skip = left; continue; }`: it is counted down until nothing is left.
-    fn is_used_up_once(&self, test: &Test, way: &Way) -> bool {
-        self.is_counted_down(test, way, false)
-    }
-
-    /// The same for one that begins anew where nothing is left.
-    pub(super) fn is_used_up_again(&self, test: &Test, way: &Way) -> bool {
-        self.is_counted_down(test, way, true)
-    }
-
-    fn is_counted_down(&self, test: &Test, way: &Way, begins_anew: bool) -> bool {
-        let about = &test.about;
-        let ([place], [name], [left]) = (about.reads.as_slice(), about.names.as_slice(), about.binds.as_slice()) else {
-            return false;
-        };
-        let left = Some(Place::var(*left));
-        let counts = |id: NodeId| self.assigns(id, place) && self.search.graph.copied(id) == left;
-        about.is_presence
-            && name == "checked_sub"
-            && self.outlives(place)
-            && self.assigning(place).any(|id| !counts(id)) == begins_anew
-            && self.assigning(place).all(|id| counts(id) || self.is_set_back(id, place) && !way.nodes.contains(&id))
-            && way.nodes.iter().any(|id| counts(*id))
-            && !self.calls_write(place)
-    }
-
     /// How a place changes in the region, if it is a counter; `None` if nothing changes it.
     fn count_steps(&self, place: &Place) -> Option<CountSteps> {
         let mut steps = CountSteps::default();
@@ -207,6 +161,7 @@ impl Gates<'_, '_> {
             match &self.search.graph.node(id).effect {
                 Effect::Write(write) | Effect::Set(write) if write.place == *place && !self.names_element(id) => {
                     changes = true;
+                    steps.glides |= !is_number && self.goes_on_by_setting(id);
                     match self.change(id) {
                         None if write.head.is_some() => steps.set_back = true,
                         Some(ChangeKind::Other) if self.is_set_back(id, place) => steps.set_back = true,
@@ -224,6 +179,12 @@ impl Gates<'_, '_> {
             }
         }
         changes.then_some(steps)
+    }
+
+    /// Whether an assignment adds what is the same in all iterations.
+    fn goes_on_by_setting(&self, id: NodeId) -> bool {
+        let change = self.search.graph.changes.get(&id);
+        change.is_some_and(|change| change.kind == ChangeKind::Accumulates && self.is_of_settings(&change.computed))
     }
 
     /// What a call sets a place to, with how that goes on from the value before.

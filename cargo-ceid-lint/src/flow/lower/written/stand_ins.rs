@@ -8,8 +8,8 @@ use crate::index::{FilterSpec, FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
 
 /// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, or it is
-/// called alike (`process_chunk` or `ramp_and_process` beside `process_waveform`), and it goes on from the state and writes all of it
-/// that the law writes.
+/// called alike (`process_chunk` or `ramp_and_process` beside `process_waveform`) or the state has several fields, and it goes on from
+/// the state and writes all of it that the law writes.
 /// Feeding and clearing is not enough.
 pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usize, String)> {
     let index = program.index;
@@ -28,8 +28,11 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
             && laws.all(|law| {
                 let runs_it = || Method::new(program, law, &[], 0).is_some_and(|law| law.runs(method));
                 let state = written_fields(program, law);
-                (def.name.split('_').any(|word| word == first_word(name)) || runs_it())
-                    && state.is_some_and(|state| !state.is_empty() && state.is_subset(&written))
+                let is_alike = || def.name.split('_').any(|word| word == first_word(name)) || runs_it();
+                // What goes on with all of several fields does so whatever it is called: `insert` beside `process`.
+                state.is_some_and(|state| {
+                    !state.is_empty() && state.is_subset(&written) && (state.len() > 1 || is_alike())
+                })
             })
     };
     let halves = spec.law.iter().enumerate();
