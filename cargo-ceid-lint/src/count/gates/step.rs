@@ -138,7 +138,7 @@ impl Gates<'_, '_> {
         {
             step.places.retain(|place| !test.about.reads.contains(place));
         }
-        self.sets_clock(&step, way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
+        self.sets_clock(&step, way) || self.renews_one(&self.lent_clocks(), &Way { nodes, ..*way })
     }
 
     pub(super) fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {
