@@ -8,6 +8,7 @@ use super::workspace::{Workspace, normalized};
 use super::{
     LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, profile, select,
 };
+use crate::config;
 use crate::diagnostic::Problem;
 
 /// Loads what the user selected.
@@ -301,7 +302,29 @@ fn select_in(
     }
     let mut project = assemble::project(workspace, cfg, &selected);
     project.only = only.to_vec();
+    notices.extend(misplaced_configurations(&project));
     Ok(project)
+}
+
+/// What there is to say of configuration files beside the manifests of members, which nothing reads.
+fn misplaced_configurations(project: &Project) -> Vec<String> {
+    let members = project.packages.iter().filter(|package| package.is_reported);
+    let misplaced = members.filter_map(|package| {
+        let directory = package.manifest_path.parent().filter(|directory| *directory != package.workspace_root)?;
+        let path = directory.join(config::FILE_NAME);
+        path.is_file().then_some((path, package))
+    });
+    let shown = |path: &Path| path.strip_prefix(&project.root).unwrap_or(path).display().to_string();
+    misplaced
+        .map(|(path, package)| {
+            format!(
+                "`{}` is not read: the configuration stands beside the manifest of the workspace, and that of one package in \
+                 `[package.metadata.ceid-lint]` of `{}`",
+                shown(&path),
+                shown(&package.manifest_path)
+            )
+        })
+        .collect()
 }
 
 /// Puts projects side by side. A package that several of them read is kept once, reported if one of them reports it.
