@@ -327,6 +327,7 @@ impl Context<'_> {
         self.owed(facts, &mut pairs, analysis);
         super::guards::add(self, facts, &mut pairs, analysis);
         super::remarks::add(self, facts, &mut pairs, analysis);
+        super::parts::leave_to_whole(&mut pairs);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
         let is_silent = facts.kind == FunctionKind::Presumed && !pairs.contains_key(&CycleId::Function);

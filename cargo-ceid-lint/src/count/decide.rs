@@ -6,7 +6,7 @@ use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
 use super::missed::missed;
-use super::oversampled::fills_in_samples;
+use super::oversampled::{fills_in_samples, runs_at_finer_steps};
 use super::own_cycles;
 use super::picked::are_picked_apart;
 use super::returned;
@@ -212,7 +212,10 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         law: law_name(search),
     };
     let is_certain = ends.iter().all(|end| end.state.unknown.is_none()) && !exploration.limit;
-    if is_certain && base.counts == [Count::Many.number()] && fills_in_samples(search, region) {
+    if is_certain
+        && base.counts == [Count::Many.number()]
+        && (fills_in_samples(search, region) || runs_at_finer_steps(search, region))
+    {
         return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
     }
     let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many).collect();

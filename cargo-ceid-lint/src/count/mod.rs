@@ -46,6 +46,7 @@ mod oversampled;
 mod owed;
 mod own_cycles;
 mod own_methods;
+mod parts;
 mod picked;
 mod recursive;
 mod remarks;

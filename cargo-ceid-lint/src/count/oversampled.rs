@@ -1,9 +1,11 @@
-//! Loops that run a filter at a multiple of the rate of their input: each round writes several samples.
+//! Loops that run a filter at a multiple of the rate of their input: each round writes several samples, or makes several of one.
 
 use std::collections::BTreeSet;
 
+use super::decide::decide;
 use super::search::{Region, Search};
-use crate::flow::{Computed, Effect, NodeId, RunBy, Var};
+use super::verdict::Verdict;
+use crate::flow::{ChangeKind, Computed, Effect, LoopId, NodeId, Place, RunBy, Var};
 
 /// A law that runs in a round: what it is fed, and what it gives.
 struct Step<'g> {
@@ -65,4 +67,51 @@ fn step<'g>(search: &Search<'g>, node: NodeId) -> Option<Step<'g>> {
 fn is_constant(step: &Step<'_>) -> bool {
     let is_made = |call: &String| matches!(call.as_str(), "zero" | "default");
     step.fed.is_empty() && step.from.places.is_empty() && step.from.calls.iter().all(is_made)
+}
+
+/// Whether a loop of a constant number of rounds is a finer time of its own: it holds all updates, one in each round, and each is fed
+/// what the round makes of a state that it moves on itself: `for _ in 0..4 { self.phase += step; low.run(self.phase.sin()); }`.
+pub(super) fn runs_at_finer_steps(search: &Search<'_>, region: Region) -> bool {
+    let graph = search.graph;
+    let updating = search.updating();
+    let own = updating.first().and_then(|node| graph.node(*node).in_loop);
+    let Some(id) = own.filter(|id| region != Region::Loop(*id) && graph.loop_info(*id).has_constant_rounds()) else {
+        return false;
+    };
+    let is_fed_anew = |node: &NodeId| {
+        graph.node(*node).in_loop == Some(id)
+            && step(search, *node).is_some_and(|step| step.fed.iter().any(|var| comes_from_moving(search, *var, id)))
+    };
+    updating.iter().all(is_fed_anew) && decide(search, Region::Loop(id), false).verdict == Verdict::Once
+}
+
+/// Whether a value is made of a state from outside a loop that goes on in each round of it.
+fn comes_from_moving(search: &Search<'_>, fed: Var, id: LoopId) -> bool {
+    let graph = search.graph;
+    let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+    let is_from_outside =
+        |place: &Place| place.base_var().is_some_and(|var| !graph.is_within(graph.var(var).in_loop, id));
+    let moves = |place: &Place| {
+        is_from_outside(place)
+            && !place.overlaps(search.instance)
+            && graph.node_ids().filter(|node| is_inside(*node)).any(|node| {
+                let (Effect::Write(write) | Effect::Set(write)) = &graph.node(node).effect else { return false };
+                let Some(change) = graph.changes.get(&node).filter(|_| write.place == *place) else { return false };
+                // A number that counts the rounds is no state.
+                matches!(change.kind, ChangeKind::Accumulates | ChangeKind::Spends)
+                    || !change.kind.counts() && change.computed.places.contains(place)
+            })
+    };
+    let mut seen = BTreeSet::new();
+    let mut open = vec![Place::var(fed)];
+    while let Some(place) = open.pop() {
+        if moves(&place) {
+            return true;
+        }
+        let var = place.base_var().filter(|var| graph.is_within(graph.var(*var).in_loop, id) && seen.insert(*var));
+        open.extend(
+            var.and_then(|var| graph.computed.get(&var)).into_iter().flat_map(|from| from.places.iter().cloned()),
+        );
+    }
+    false
 }
