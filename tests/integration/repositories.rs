@@ -295,6 +295,25 @@ mod unix {
     use super::*;
 
     #[test]
+    fn directory_whose_name_is_no_utf8() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt;
+
+        // What a file system does not take there it has not.
+        let outer = repository("no_utf8", &[]);
+        let directory = outer.join(OsStr::from_bytes(b"arm\xff"));
+        if std::fs::create_dir_all(directory.join("src")).is_err() {
+            return;
+        }
+        std::fs::write(directory.join("Cargo.toml"), alone("")).expect("it can be written");
+        std::fs::write(directory.join("src/lib.rs"), GUILTY).expect("it can be written");
+        let whole = run(&directory, [""; 0]);
+        whole.assert_no_panic().assert_code(101).assert_stderr("is not valid UTF-8");
+        let file = run(&directory, ["src/lib.rs", "--message-format", "short"]);
+        file.assert_no_panic();
+    }
+
+    #[test]
     fn links_in_circles_and_pipes() {
         let files = [
             ("Cargo.toml", &*alone("")),

@@ -32,7 +32,7 @@ pub fn load(selection: &Selection) -> Result<Project, LoadError> {
 /// the project has to be loaded. `None` if that has to be done in any case.
 #[must_use]
 pub fn load_unresolved(selection: &Selection) -> Option<Project> {
-    let path = manifest_of(selection).ok().filter(|_| selection.paths.is_empty())?;
+    let path = manifest_of(selection).ok().filter(|path| selection.paths.is_empty() && path.to_str().is_some())?;
     let lock = metadata::lock_of_members(&path, selection)?;
     let run_in = directory_of_cargo(&path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
@@ -118,6 +118,13 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
 }
 
 fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Result<Project, LoadError> {
+    if path.to_str().is_none() {
+        return Err(LoadError::new(format!(
+            "the path `{}` is not valid UTF-8, and cargo loads no manifest there",
+            path.display()
+        ))
+        .help("rename the directory, or name its files: `cargo ceid-lint src/main.rs`"));
+    }
     let run_in = directory_of_cargo(path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
     let (mut notices, mut problems) = (Vec::new(), Vec::new());
