@@ -29,6 +29,7 @@ impl Run<'_, '_> {
             && search.borrowed(self.names.get(state.names), site, &|var| self.number(state, var)).is_none()
             && site.hands.is_none()
             && self.copies_through(state, site) == state.copies
+            && !self.is_untold_step(state, site)
         {
             self.everywhere(at, state);
             return;
@@ -112,7 +113,8 @@ impl Run<'_, '_> {
             after.push(state);
         }
         for next in after {
-            let next = State { copies: self.copies_through(&next, site), ..next };
+            let (copies, versions) = (self.copies_through(&next, site), self.untold_after(&next, site));
+            let next = State { copies, versions, ..next };
             let number = |var| self.number(&next, var);
             let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site, &number) else {
                 self.everywhere(at, &next);
@@ -320,6 +322,11 @@ impl Run<'_, '_> {
             next.reset |= replaced;
             if replaced && self.is_ahead(&next) {
                 next.unknown = Some(self.made_of_next());
+            } else if replaced
+                && set.from.is_none()
+                && let Some(cause) = self.made_by_unread(state.node)
+            {
+                next.unknown = Some(self.cause(&cause));
             }
             if replaced {
                 self.rejuvenate(&mut next);

@@ -7,7 +7,7 @@ use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{NodeId, Place};
 use crate::index::{FunctionId, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
-use crate::types::{Callee, Resolved, TypedBody};
+use crate::types::{Callee, LocalId, Resolved, TypedBody};
 
 /// How many expressions a function may have to be read where it is called.
 const MAX_EXPRESSIONS: usize = 96;
@@ -215,7 +215,10 @@ impl Builder<'_> {
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
         // A divider or timer of the code's own answers whether it is time.
         let is_truth = *typed.ty(body.root).peel() == Ty::Bool;
-        let answers = answers || is_truth || self.is_answer(typed.ty(body.root));
+        // The law of what is known by its bounds is found where the function is called for one type.
+        let is_open = |local: &LocalId| matches!(typed.local(*local).ty.peel(), Ty::Param(_) | Ty::Opaque(_));
+        let is_bound = || body.params.iter().filter_map(|pat| typed.pat_local.get(pat)).any(is_open);
+        let answers = answers || is_truth || self.is_answer(typed.ty(body.root)) && !is_bound();
         if body.exprs.len() > if is_truth { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target) {
             return false;
         }
