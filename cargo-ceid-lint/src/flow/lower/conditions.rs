@@ -15,6 +15,8 @@ const RESTS: &[(&str, bool)] = &[
     ("is_smoothing", false),
     ("is_ramping", false),
     ("is_gliding", false),
+    ("need_ramp", false),
+    ("needs_ramp", false),
     ("is_done", true),
     ("is_finished", true),
     ("has_finished", true),
