@@ -4,6 +4,7 @@ mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
+mod elapsed;
 mod elements;
 mod event;
 mod gathered;

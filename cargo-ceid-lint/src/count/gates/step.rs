@@ -24,8 +24,10 @@ pub(in crate::count) fn measured_by(search: &Search<'_>) -> BTreeSet<Given> {
     if gates.time_base() != TimeBase::Passed {
         return BTreeSet::new();
     }
-    let own = gates.told_step().into_iter().flat_map(|step| gates.clocks(step)).cloned();
-    own.chain(gates.lent_clocks()).filter_map(|clock| given(search.graph, &clock)).collect()
+    let told = gates.told_step();
+    let own = told.into_iter().flat_map(|step| gates.clocks(step)).cloned();
+    let lapped = told.into_iter().flat_map(|step| gates.nodes().flat_map(|id| gates.lapped(id, step)));
+    own.chain(lapped).chain(gates.lent_clocks()).filter_map(|clock| given(search.graph, &clock)).collect()
 }
 
 impl Gates<'_, '_> {
