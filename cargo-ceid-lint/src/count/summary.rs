@@ -196,6 +196,7 @@ impl Summaries {
         let aliases = Aliases::of(program.index, graph, self);
         let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
         summary.calls.extend(&graph.read_here);
+        summary.steps = graph.steps;
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
@@ -207,10 +208,7 @@ impl Summaries {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);
                 }
-                Effect::Advance(advance) => {
-                    summary.steps = true;
-                    note(graph, &aliases, &advance.before, &mut touched);
-                }
+                Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
                 Effect::Unknown { places, cause } => places
                     .iter()

@@ -116,6 +116,8 @@ pub struct ControlFlowGraph {
     pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
+    /// Whether a law runs here that gives back the next state.
+    pub steps: bool,
 }
 
 /// What a value was computed from.

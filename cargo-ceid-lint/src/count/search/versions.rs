@@ -6,9 +6,7 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::flow::{
-    Advance, Assignment, CallSite, Cause, Effect, NodeId, Place, Relation, Returned, Transfer, Var,
-};
+use crate::flow::{Advance, Assignment, CallSite, Cause, Effect, NodeId, Place, Relation, Returned, Transfer, Var};
 use crate::index::handed;
 
 /// Places that hold other states of the instance than its own place, each with how far it is ahead.
@@ -225,7 +223,8 @@ impl Run<'_, '_> {
                 .chain([self.search.instance])
                 .any(|name| matches!(place.relate(name, &|_| None), Relation::Holds(_)))
         };
-        if gained.iter().any(|(place, ahead)| *ahead == UNTOLD && is_around(place)) {
+        let is_untold = gained.iter().any(|(place, ahead)| *ahead == UNTOLD && is_around(place));
+        if is_untold {
             next.unknown = Some(self.made_by_some_call());
             gained.retain(|(_, ahead)| *ahead != UNTOLD);
         }
@@ -250,7 +249,7 @@ impl Run<'_, '_> {
         after.dedup();
         after.truncate(MAX_VERSIONS);
         next.versions = self.versions.intern(after);
-        taken.is_some()
+        taken.is_some() || is_untold
     }
 
     /// Whether that a next state takes its place is told by an update before it. What is swapped or cloned there is not.
