@@ -192,6 +192,18 @@ fn what_a_field_of_an_unread_type_holds_is_read_and_leaves_the_filter_where_it_i
 }
 
 #[test]
+fn a_file_beside_a_member_is_told_to_be_unread() {
+    let directory = package(CODE, "");
+    workspace::write(&directory, "Cargo.toml", b"[workspace]\nmembers = [\"arm\"]\nresolver = \"3\"\n");
+    workspace::write(&directory, "arm/Cargo.toml", b"[package]\nname = \"arm\"\nedition = \"2024\"\n");
+    workspace::write(&directory, "arm/src/lib.rs", b"");
+    let said = "`arm/ceid-lint.toml` is not read";
+    assert!(!run(&directory, [""; 0]).stderr.contains(said));
+    workspace::write(&directory, "arm/ceid-lint.toml", b"presets = \"none\"\n");
+    run(&directory, [""; 0]).assert_stderr(said).assert_stderr("`arm/Cargo.toml`");
+}
+
+#[test]
 fn an_argument_that_no_call_of_the_law_has_is_refused() {
     let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc\"\n{rest}\n");
     let only_one = "`calc` has only argument 0";
@@ -213,6 +225,13 @@ fn an_argument_that_no_call_of_the_law_has_is_refused() {
     );
     check_refused("[[filter]]\nfunction = \"crate::idle\"\n", "`idle` has no `arg(0)`", "2:12", "takes no argument");
     check_accepted(&entry("instance = \"arg(0)\""));
+    check_refused(
+        "[[filter]]\ntype = \"crate::Tick\"\nlaw = \"over\"\n",
+        "`over` takes no `self` that could be the state",
+        "2:8",
+        "`arg(0)` for the first argument",
+    );
+    check_accepted("[[filter]]\ntype = \"crate::Tick\"\nlaw = \"over\"\ninstance = \"arg(0)\"\n");
     check_accepted(&entry("key = 0"));
     check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\ninstance = \"arg(1)\"\n");
     // What a build leaves out may have other arguments.

@@ -83,6 +83,18 @@ fn packages_side_by_side_without_a_root() {
 }
 
 #[test]
+fn package_beside_a_broken_one_keeps_its_directory() {
+    let files = [
+        ("arm/Cargo.toml", &*package("arm", "")),
+        ("arm/src/lib.rs", GUILTY),
+        ("broken/Cargo.toml", "[package\n"),
+        ("broken/src/lib.rs", GUILTY),
+    ];
+    let directory = repository("beside_a_broken_one", &files);
+    check(&directory, &["."], 101, &["arm/src/lib.rs"], &[("broken/Cargo.toml", "unclosed table")]);
+}
+
+#[test]
 fn git_dependency_that_is_not_there() {
     let manifest = alone("[dependencies]\nbus = { git = \"https://git.invalid/bus\" }\n");
     let files = [("Cargo.toml", &*manifest), ("src/lib.rs", GUILTY)];
@@ -281,6 +293,25 @@ mod unix {
     use std::process::Command;
 
     use super::*;
+
+    #[test]
+    fn directory_whose_name_is_no_utf8() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt;
+
+        // What a file system does not take there it has not.
+        let outer = repository("no_utf8", &[]);
+        let directory = outer.join(OsStr::from_bytes(b"arm\xff"));
+        if std::fs::create_dir_all(directory.join("src")).is_err() {
+            return;
+        }
+        std::fs::write(directory.join("Cargo.toml"), alone("")).expect("it can be written");
+        std::fs::write(directory.join("src/lib.rs"), GUILTY).expect("it can be written");
+        let whole = run(&directory, [""; 0]);
+        whole.assert_no_panic().assert_code(101).assert_stderr("is not valid UTF-8");
+        let file = run(&directory, ["src/lib.rs", "--message-format", "short"]);
+        file.assert_no_panic();
+    }
 
     #[test]
     fn links_in_circles_and_pipes() {

@@ -143,6 +143,7 @@ fn what_the_parser_accepts_is_allowed() {
         "",
         "presets = \"none\"\nexclude = \"vendor/**\"\n",
         "presets = [\"ahrs\", \"pid\"]\nexclude = [\"vendor/**\"]\n",
+        "[lints]\n\"ceid::warnings\" = \"deny\"\n",
         "[lints]\nskipped_update = \"deny\"\ntime_domain = { level = \"warn\", priority = -1 }\n\"ceid::all\" = \"allow\"\n",
         "[[filter]]\ntype = \"crate::Pid\"\nlaw = \"calc\"\n",
         "[[filter]]\ntype = [\"a::Low\", \"a::High\"]\nlaw = [[\"run\", \"run_block\"], [\"tune\"]]\n\
@@ -183,6 +184,8 @@ fn what_the_parser_refuses_is_not_allowed() {
         "[[filter]]\ntype = \"A\"\nlaw = \"a\"\ntime_base = \"wall\"\n",
         "[[filter]]\ntype = \"A\"\nlaw = \"a\"\nkind = \"pull\"\n",
         "[[filter]]\ntype = \"A\"\nlaw = \"a\"\ntimebase = \"fixed\"\n",
+        "[[filter]]\ntype = \"A\"\nlaw = \"a\"\nfunction = \"a::b\"\n",
+        "[[filter]]\ntype = \"A\"\nlaw = \"a\"\nmultiplicity = []\n",
         "[[cycle]]\n",
         "[[cycle]]\nfunction = \"a\"\nmethod = \"b::c\"\n",
         "[[cycle]]\nname = \"a\"\n",

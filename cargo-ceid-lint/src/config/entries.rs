@@ -276,7 +276,7 @@ impl FilterEntry {
                 value.choice(&[("exclusive", Receiver::Exclusive), ("shared", Receiver::Shared)])
             })?,
             reset: names(choice("reset"))?,
-            partial_reset: names(choice("partial_reset"))?,
+            partial_reset: partial_reset(table)?,
             on_err: choice("on_err").map_or(Ok(OnErr::Updated), |value| {
                 value.choice(&[("updated", OnErr::Updated), ("untouched", OnErr::Untouched)])
             })?,
@@ -328,6 +328,19 @@ fn multiplicity(table: &Table<'_>, groups: usize) -> Result<Vec<Multiplicity>, C
         return Err(value.error(message).help("give one multiplicity for each group of the law"));
     }
     Ok(list)
+}
+
+/// The methods that reset a part of the state; one that resets all of it is none of them.
+fn partial_reset(table: &Table<'_>) -> Result<Vec<Word>, ConfigError> {
+    let (value, full) = (table.get("partial_reset"), names(table.get("reset"))?);
+    let partial = names(value)?;
+    match (value, partial.iter().find(|part| full.iter().any(|whole| whole.text == part.text))) {
+        (Some(value), Some(both)) => {
+            let message = format!("`{}` is under `reset` and under `partial_reset`", both.text);
+            Err(value.error(message).help("leave it where it belongs: a `reset` sets the whole state"))
+        }
+        _ => Ok(partial),
+    }
 }
 
 fn default_instance(target: &FilterTarget) -> InstancePlace {

@@ -119,7 +119,12 @@ pub(super) fn choose_cycles(
         })
         .copied()
         .collect();
-    let outside = chosen.iter().any(|(_, id)| id.is_none());
+    // Whoever takes the loop around an update out of the cycles of a function that is only presumed to be one says that it is none.
+    let is_taken_out = |node: NodeId| {
+        let directives = graph.loops_around(node).map(|id| graph.loop_info(id).directive);
+        kind == FunctionKind::Presumed && directives.into_iter().any(|own| own == Some(CycleDirective::NotACycle))
+    };
+    let outside = chosen.iter().any(|(node, id)| id.is_none() && !is_taken_out(*node));
     let function = match kind {
         FunctionKind::Cycle => outside && !made_here,
         FunctionKind::Presumed => outside && !made_here && !is_given_away(search, graph, search.instance),

@@ -252,6 +252,10 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let cause = Cause::Limit("the cycle has too many paths".to_owned());
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
+    if completing.is_empty() && exploration.leaves_out_copies {
+        let cause = Cause::Code("which of several copies of it goes on in its place".to_owned());
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+    }
     if let Some(cause) = &search.graph.truncated {
         return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
     }

@@ -18,6 +18,11 @@ impl Summaries {
         of_state.flat_map(|(_, outcomes)| outcomes.iter().cloned()).collect()
     }
 
+    /// Whether a law that gives back the next state may run in a call.
+    pub(super) fn steps(&self, site: &CallSite) -> bool {
+        site.targets.iter().filter_map(|target| self.get(*target)).any(|callee| callee.steps)
+    }
+
     /// The halves of laws by which the state that a call hands through may be ahead of the one before.
     pub(super) fn advanced<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = usize> + 'a {
         let before = site.handed().map(|(_, before)| before);

@@ -14,7 +14,10 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
     if rest.is_empty() {
         return Some(ty);
     }
-    may_be(index, &ty, rest).into_iter().next().map(|(_, ty)| ty)
+    if index.filter_spec(&ty).is_some() {
+        return None;
+    }
+    index.types_behind(&ty).iter().find_map(|owner| part_of(index, owner, rest))
 }
 
 /// Whether there is a filter in a place.
@@ -44,7 +47,10 @@ pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Plac
     }
     // What the bounds make a filter is one whatever lies behind them.
     let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
-    if is_filter(&ty) { Vec::new() } else { index.types_behind(&ty).into_iter().filter(is_filter).collect() }
+    if is_filter(&ty) {
+        return Vec::new();
+    }
+    index.types_behind(&ty).iter().filter(|ty| is_filter(ty)).cloned().collect()
 }
 
 /// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.
@@ -53,11 +59,14 @@ fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
     if index.filter_spec(ty).is_some() {
         return Vec::new();
     }
-    let with_part = |owner: Ty| {
-        let (part, at) = follow(index, owner.clone(), steps)?;
-        (at == steps.len()).then_some((owner, part))
-    };
-    index.types_behind(ty).into_iter().filter_map(with_part).collect()
+    let with_part = |owner: &Ty| Some((owner.clone(), part_of(index, owner, steps)?));
+    index.types_behind(ty).iter().filter_map(with_part).collect()
+}
+
+/// The type that all of these steps lead to in a type.
+fn part_of(index: &Index, owner: &Ty, steps: &[Projection]) -> Option<Ty> {
+    let (part, at) = follow(index, owner.clone(), steps)?;
+    (at == steps.len()).then_some(part)
 }
 
 /// Whether a place lies in an owner that the function was given by value: nothing else has it.

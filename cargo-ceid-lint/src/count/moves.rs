@@ -52,12 +52,13 @@ pub(super) fn reached(
     found
 }
 
-/// The filters in what a function takes by value that may lie in what it gives back, and not in a copy: `fn next(self) -> State`.
+/// The filters in what a function takes by value that may lie in what it gives back: `fn next(self) -> State`. Whether it has a copy,
+/// its callers know.
 pub(super) fn given_back(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Borrow> {
     let mut found = BTreeSet::new();
     for (param, var) in graph.params.iter().enumerate() {
         let ty = &graph.var(*var).ty;
-        if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Tuple(_)) || index.copies_filter(ty) {
+        if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Tuple(_)) {
             continue;
         }
         for leaf in leaves_and_payloads(index, ty) {

@@ -211,8 +211,9 @@ impl Context<'_> {
         let is_copied = || uses.copied || self.is_updated_in_a_copy(facts, place);
         let is_there = || (uses.fed || is_copied()) && !instances::is_in_map(index, graph, place);
         let is_absent = || leaf.is_uncertain && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
-        let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
-        // A clone that is only read shows what the other one was.
+        let is_given = || graph.given_away.iter().any(|(_, given)| given == place);
+        let is_read_only = (uses.read || uses.looked_into || is_given()) && !uses.fed && !uses.written;
+        // A clone that is only read, or put back, shows what the other one was.
         let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
         if is_snapshot
             || uses.leaves

@@ -30,7 +30,8 @@ pub(super) fn add(index: &Index, graph: &ControlFlowGraph, summary: &mut Summary
     // A function that a trait provides is one for all types that have no other.
     let is_of = |ty: &Ty| index.methods(ty, &def.name).first().and_then(MethodOwner::function) == Some(id);
     let is_open = matches!(ty, Ty::Param(_) | Ty::Opaque(_)) && index.filter_spec(&ty).is_none();
-    let types = if is_open { index.types_behind(&ty).into_iter().filter(is_of).collect() } else { vec![ty] };
+    let types: Vec<Ty> =
+        if is_open { index.types_behind(&ty).iter().filter(|ty| is_of(ty)).cloned().collect() } else { vec![ty] };
     let own: Vec<Option<Own<'_>>> = types.iter().map(|ty| own(index, ty, id)).collect();
     let Some(known) = own.iter().flatten().next() else { return };
     let is_told = own.iter().all(|other| other.as_ref() == Some(known));

@@ -85,6 +85,8 @@ pub(super) struct Summary {
     pub(super) puts: BTreeSet<(Given, Given)>,
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
+    /// Whether a law that gives back the next state runs in it, whoever has the state.
+    pub(super) steps: bool,
     /// The parts of its result that its own cycles have updated.
     pub(super) finished: BTreeSet<Vec<Projection>>,
     /// What it updates without ever coming back.
@@ -205,7 +207,10 @@ impl Summaries {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);
                 }
-                Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
+                Effect::Advance(advance) => {
+                    summary.steps = true;
+                    note(graph, &aliases, &advance.before, &mut touched);
+                }
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
                 Effect::Unknown { places, cause } => places
                     .iter()
@@ -296,6 +301,7 @@ impl Summaries {
         unknown: &mut BTreeMap<Given, Cause>,
     ) {
         summary.calls.extend(&site.targets);
+        summary.steps |= self.steps(site);
         for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
             for (given, outcomes) in callee.all_outcomes() {
                 let Some(place) = place_of(callee.reached(given), site) else { continue };

@@ -25,7 +25,7 @@ impl Index {
         }
         for (method, seen) in &laws {
             let is_missing = |def: &&FunctionDef| match entry.instance {
-                InstancePlace::Receiver => false,
+                InstancePlace::Receiver => def.function.receiver.is_none(),
                 InstancePlace::Argument(number) => arguments(def) <= number as usize,
                 InstancePlace::Returned => gives_no_state(def),
             };
@@ -83,7 +83,12 @@ fn no_instance(entry: &FilterEntry, name: &str, seen: &[&FunctionDef]) -> Config
         InstancePlace::Argument(number) => {
             (format!("`{name}` has no `arg({number})` that could be the state"), counted(name, seen))
         }
-        InstancePlace::Receiver | InstancePlace::Returned => (
+        InstancePlace::Receiver => (
+            format!("`{name}` takes no `self` that could be the state"),
+            "say where it is by `instance`: `arg(0)` for the first argument, `returned` for what the law gives"
+                .to_owned(),
+        ),
+        InstancePlace::Returned => (
             format!("`{name}` does not return a state"),
             "say where it is: `receiver` for `self`, `arg(0)` for the first argument".to_owned(),
         ),

@@ -1,5 +1,7 @@
 //! Impls and methods of a type. Follows no references: that is the inference's work.
 
+use std::sync::Arc;
+
 use rustc_hash::FxHashSet;
 
 use super::{FunctionId, ImplDef, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
@@ -380,12 +382,23 @@ impl Index {
 
     /// The types of the analysed code that may be behind a trait object or a type parameter, those of tests left out.
     #[must_use]
-    pub fn types_behind(&self, ty: &Ty) -> Vec<Ty> {
+    pub fn types_behind(&self, ty: &Ty) -> Arc<[Ty]> {
         let bounds = match ty {
             Ty::Param(param) => &param.bounds,
             Ty::Opaque(bounds) => &**bounds,
-            _ => return Vec::new(),
+            _ => return Arc::default(),
         };
+        if let Some(known) = self.behind.read().ok().and_then(|known| known.get(ty).cloned()) {
+            return known;
+        }
+        let found: Arc<[Ty]> = self.find_types_behind(bounds).into();
+        if let Ok(mut known) = self.behind.write() {
+            known.insert(ty.clone(), Arc::clone(&found));
+        }
+        found
+    }
+
+    fn find_types_behind(&self, bounds: &[TraitRef]) -> Vec<Ty> {
         let locals = bounds.iter().filter(|bound| matches!(bound.name, TraitName::Local(_)));
         // Of a trait that is not read, those matter that are filters by themselves.
         let foreign = bounds.iter().filter(|bound| matches!(bound.name, TraitName::External(_)));

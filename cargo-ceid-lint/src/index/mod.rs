@@ -108,6 +108,8 @@ pub struct Index {
     implied: Vec<FxHashSet<TraitName>>,
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
+    /// What may be behind types that are known by their bounds, as far as it was asked.
+    behind: std::sync::RwLock<FxHashMap<Ty, std::sync::Arc<[Ty]>>>,
     specs: Vec<FilterSpec>,
     /// Those of them that entries name.
     entered: Vec<entries::Entered>,

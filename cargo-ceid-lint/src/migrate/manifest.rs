@@ -6,6 +6,9 @@ use super::text::Style;
 
 const NAME: &str = "ceid-core";
 
+/// The oldest Rust that `ceid-core` builds with, as its manifest says.
+const RUST_VERSION: (u32, u32) = (1, 85);
+
 /// What a package needs of `ceid-core`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wanted {
@@ -25,6 +28,7 @@ pub struct Wanted {
 pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Result<Option<(usize, String)>, String> {
     let table: Table = text.parse().map_err(|_| "the manifest cannot be parsed".to_owned())?;
     let workspace: Option<Table> = workspace.and_then(|text| text.parse().ok());
+    is_built_with(&table, workspace.as_ref().unwrap_or(&table))?;
     let shared = workspace.as_ref().unwrap_or(&table).get("workspace").and_then(|root| root.get("dependencies"));
     if let Some((_, found)) = section(&table, "dependencies").and_then(|section| find(section, shared)) {
         return suits(found, shared, wanted).map(|()| None);
@@ -53,6 +57,21 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
     // A text in several lines may have one that looks like the header.
     let mut places = insertions(text, &table, &line).into_iter();
     places.find(is_there).map(Some).ok_or_else(|| is_unusual(&line))
+}
+
+/// Whether the Rust that the package promises to build with is enough.
+fn is_built_with(table: &Table, workspace: &Table) -> Result<(), String> {
+    let own = table.get("package").and_then(|package| package.get("rust-version"));
+    let of_workspace = || workspace.get("workspace")?.get("package")?.get("rust-version");
+    let Some(said) = own.and_then(|own| own.as_str().or_else(|| of_workspace()?.as_str())) else { return Ok(()) };
+    let mut numbers = said.split('.').map_while(|number| number.parse().ok());
+    match (numbers.next(), numbers.next().unwrap_or(0)) {
+        (Some(major), minor) if (major, minor) < RUST_VERSION => Err(format!(
+            "the package builds with Rust {said} (`rust-version`), and `{NAME}` needs {}.{}: raise it, and migrate again",
+            RUST_VERSION.0, RUST_VERSION.1
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Where no line can be added: what a person has to.
@@ -328,6 +347,21 @@ mod tests {
         let wanted = Wanted { path: Some("../core".to_owned()), is_no_std: true, needs_alloc: true };
         let line = "ceid-core = { path = \"../core\", default-features = false, features = [\"alloc\"] }\n";
         check("[dependencies]\n", None, &wanted, &format!("[dependencies]\n{line}"));
+    }
+
+    #[test]
+    fn rust_that_is_promised_has_to_be_enough() {
+        let core = include_str!("../../../ceid-core/Cargo.toml").parse::<Table>().expect("it is TOML");
+        let needs = core["package"]["rust-version"].as_str().expect("it is said");
+        assert_eq!(needs, format!("{}.{}", RUST_VERSION.0, RUST_VERSION.1));
+        let of = |text: &str, workspace: Option<&str>| dependency(text, workspace, &PLAIN).is_ok();
+        for (said, is_enough) in [("1.70", false), ("1.84.1", false), ("1", false), ("1.85", true), ("1.90.0", true)] {
+            let package = format!("[package]\nname = \"a\"\nrust-version = \"{said}\"\n");
+            assert_eq!(of(&package, None), is_enough, "{said}");
+            let inherits = "[package]\nname = \"a\"\nrust-version.workspace = true\n";
+            let workspace = format!("[workspace.package]\nrust-version = \"{said}\"\n");
+            assert_eq!(of(inherits, Some(&workspace)), is_enough, "{said}");
+        }
     }
 
     #[test]

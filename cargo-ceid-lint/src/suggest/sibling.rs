@@ -50,9 +50,10 @@ pub(super) fn suggestion(site: &Site<'_>, pair: &Pair, missed: &[String]) -> Opt
     let changed = calls.iter().zip(&given).filter(|(_, name)| **name != pair.name);
     edits.extend(changed.map(|(call, name)| (bytes(site.body.expr(call.receiver).span), (*name).to_owned())));
     let missed: Vec<String> = missed.iter().map(|name| format!("`{name}`")).collect();
-    // What is written is told behind the message, if it is one word.
+    // What is written is told behind the message, if it is one word; that of another line is named with it.
+    let here = bytes(site.place);
     let message = match edits.as_slice() {
-        [_] => "update the sibling that is missed here".to_owned(),
+        [(changed, _)] if here.contains(&changed.start) => "update the sibling that is missed here".to_owned(),
         _ => format!("update {} where `{}` is written once too often", missed.join(" and "), pair.name),
     };
     Some(site.suggestion(message, edits, Applicability::MaybeIncorrect))

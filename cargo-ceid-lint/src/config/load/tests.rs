@@ -153,6 +153,15 @@ fn an_entry_names_one_thing() {
 }
 
 #[test]
+fn a_method_resets_all_of_the_state_or_a_part_of_it() {
+    check_error(
+        "[[filter]]\ntype = \"A\"\nlaw = \"run\"\nreset = [\"clear\", \"zero\"]\npartial_reset = \"zero\"\n",
+        "`/ws/ceid-lint.toml:5:17`: `zero` is under `reset` and under `partial_reset`",
+        "leave it where it belongs: a `reset` sets the whole state",
+    );
+}
+
+#[test]
 fn what_is_no_path_is_refused() {
     check_error(
         "[[guard]]\ntype = \"Guard<T>\"\n",

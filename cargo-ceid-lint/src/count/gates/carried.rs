@@ -20,7 +20,7 @@ impl Gates<'_, '_> {
         }
         // What follows in this round is of the next one.
         let asked_at = way.nodes.iter().position(|node| *node == at)?;
-        let before = Way { nodes: way.nodes[..=asked_at].to_vec(), at };
+        let before = Way { nodes: way.nodes[..=asked_at].to_vec(), at, left_at: at };
         let mut found: Option<Gate> = None;
         for id in self.setting(flag, &opens, 0)? {
             let (asked, node) = self.asked_for(id)?;

@@ -46,10 +46,13 @@ impl Gates<'_, '_> {
         if choices.made.is_empty() {
             return None;
         }
+        // What may be absent for another reason is no pause there.
+        let is_only = choices.made.len() == 1 && !choices.takes_over;
         let mut found = choices.takes_over.then(|| self.of_test(test, at, way));
         for (branch, next) in choices.made {
             let Effect::Branch(origin) = &graph.node(branch).effect else { return None };
-            let way = self.way_by(branch, next, at, way);
+            let own = self.way_by(branch, next, at, way);
+            let way = if is_only { Way { left_at: way.left_at, ..own } } else { own };
             // A filter on the sample itself lets pass what is one.
             let is_of_sample = || self.asks_only_sample(origin) && self.lacks_sample(test, at, &way);
             let gate = self.of_condition(origin, branch, &way, origins + 1);
@@ -182,7 +185,7 @@ impl Gates<'_, '_> {
         let mut nodes = self.path(self.start(), branch);
         nodes.extend(self.path(next, at));
         nodes.extend(way.nodes.iter().skip_while(|node| **node != at).skip(1));
-        Way { nodes, at: branch }
+        Way { nodes, at: branch, left_at: branch }
     }
 
     /// The shortest path between two nodes, with both; nothing but these if there is none.

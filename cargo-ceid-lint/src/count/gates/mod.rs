@@ -4,6 +4,7 @@ mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
+mod elapsed;
 mod elements;
 mod event;
 mod gathered;
@@ -96,12 +97,15 @@ pub(super) struct Gates<'s, 'a> {
 struct Way {
     nodes: Vec<NodeId>,
     at: NodeId,
+    /// The node at which the search leaves the update: another one where what is asked there was decided before.
+    left_at: NodeId,
 }
 
 impl Way {
     /// The way to an end that was decided at a node.
     fn to(exploration: &Exploration, end: &End, at: NodeId) -> Self {
-        Self { nodes: exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect(), at }
+        let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
+        Self { nodes, at, left_at: at }
     }
 
     /// The node that follows another one on the way.
@@ -332,8 +336,9 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Rate);
         }
         // A remainder is no state that anything is in.
-        let asks_by_name = way.at != at && matches!(self.search.graph.node(way.at).effect, Effect::Branch(_));
-        let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(way.at));
+        let left_at = way.left_at;
+        let asks_by_name = left_at != at && matches!(self.search.graph.node(left_at).effect, Effect::Branch(_));
+        let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(left_at));
         (!is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
     }
 

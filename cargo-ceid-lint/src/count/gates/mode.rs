@@ -4,7 +4,7 @@ use std::cell::LazyCell;
 
 use super::kept::KeptMode;
 use super::passed::TakenBack;
-use super::{Gates, Way};
+use super::{Gates, MAX_ORIGINS, Way};
 use crate::count::given::{Given, GivenBase, given, place_of};
 use crate::count::instances::is_lent;
 use crate::count::search::{Mode, Region, Search};
@@ -266,22 +266,19 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         let writers = self.search.writers_of(id);
-        way.nodes.iter().zip(way.nodes.iter().skip(1)).enumerate().fold(
-            subject.anything(),
-            |heads, (number, (at, next))| {
-                let node = graph.node(*at);
-                match &node.effect {
-                    Effect::Branch(test) if test.subject == Some(id) => {
-                        heads & if node.next.first() == Some(next) { test.holds } else { test.fails }
-                    }
-                    Effect::Set(set) | Effect::Write(set) if Some(&set.place) == subject.whole.as_ref() => {
-                        self.given_head(&way.nodes[..=number]).map_or(subject.anything(), |head| subject.bit(head))
-                    }
-                    _ if writers.contains(at) => subject.anything(),
-                    _ => heads,
+        way.nodes.iter().enumerate().fold(subject.anything(), |heads, (number, at)| {
+            let node = graph.node(*at);
+            match (&node.effect, way.nodes.get(number + 1)) {
+                (Effect::Branch(test), Some(next)) if test.subject == Some(id) => {
+                    heads & if node.next.first() == Some(next) { test.holds } else { test.fails }
                 }
-            },
-        )
+                (Effect::Set(set) | Effect::Write(set), _) if Some(&set.place) == subject.whole.as_ref() => {
+                    self.given_head(&way.nodes[..=number]).map_or(subject.anything(), |head| subject.bit(head))
+                }
+                _ if writers.contains(at) => subject.anything(),
+                _ => heads,
+            }
+        })
     }
 
     /// The head that the last of these nodes gives, also where it is a copy of what one of those before it was given:
@@ -355,20 +352,32 @@ impl Gates<'_, '_> {
         (updating != 0 && updating != all).then_some(updating)
     }
 
-    /// Truth values that each iteration makes anew and gives nothing but constants, with the nodes that do.
+    /// Truth values and other answers that each iteration makes anew, some of which are known, with the nodes that do.
     fn flags_of_iteration(&self) -> Vec<(SubjectId, Vec<(NodeId, u32)>)> {
         let graph = self.search.graph;
         let given = |subject: &Subject| {
             let place = subject.whole.as_ref().filter(|place| place.steps.is_empty() && !self.outlives(place))?;
-            let is_truth = self.ty(place) == Some(Ty::Bool) && !self.calls_write(place);
-            let heads = self.assigning(place).map(|id| match &graph.node(id).effect {
-                Effect::Set(set) | Effect::Write(set) => Some((id, subject.bit(set.head.as_ref()?))),
-                _ => None,
-            });
-            is_truth.then(|| heads.collect::<Option<Vec<_>>>())?.filter(|given| !given.is_empty())
+            let mut given = Vec::new();
+            self.add_given(subject, place, 0, &mut given);
+            let is_known = given.iter().any(|(_, heads)| *heads != subject.anything());
+            (is_known && !self.is_number(place) && !self.calls_write(place)).then_some(given)
         };
         let subjects = (0u32..).map(SubjectId).zip(&graph.subjects);
         subjects.filter_map(|(id, subject)| Some((id, given(subject)?))).collect()
+    }
+
+    /// The nodes that give a place a value, or the one that it is a copy of, each with the heads that this may have.
+    fn add_given(&self, subject: &Subject, place: &Place, copies: u32, given: &mut Vec<(NodeId, u32)>) {
+        for id in self.assigning(place) {
+            let (Effect::Set(set) | Effect::Write(set)) = &self.search.graph.node(id).effect else { continue };
+            match (&set.head, set.same_as.map(Place::var)) {
+                (Some(head), _) => given.push((id, subject.bit(head))),
+                (None, Some(from)) if copies < MAX_ORIGINS && self.assigning(&from).next().is_some() => {
+                    self.add_given(subject, &from, copies + 1, given);
+                }
+                _ => given.push((id, subject.anything())),
+            }
+        }
     }
 
     /// A filter that lies in a variant is there only while the enum is that variant: a way on which it is another one.

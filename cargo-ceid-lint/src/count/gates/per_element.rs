@@ -21,7 +21,7 @@ impl Gates<'_, '_> {
         let is_head = |node: &NodeId| *node == graph.loop_info(id).head;
         let begins = way.nodes[..at].iter().rposition(is_head)?;
         let ends = way.nodes[at..].iter().position(is_head).map_or(way.nodes.len(), |behind| at + behind + 1);
-        let round = Way { nodes: way.nodes[begins..ends].to_vec(), at: way.at };
+        let round = Way { nodes: way.nodes[begins..ends].to_vec(), at: way.at, left_at: way.left_at };
         let gate = match &graph.node(way.at).effect {
             Effect::Branch(test) => {
                 let gate = own.of_branch(test, way.at, &round);

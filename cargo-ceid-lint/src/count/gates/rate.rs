@@ -188,7 +188,7 @@ impl Gates<'_, '_> {
     }
 
     /// What a call sets a place to, with how that goes on from the value before.
-    fn sets_by<'b>(
+    pub(super) fn sets_by<'b>(
         &'b self,
         site: &'b CallSite,
         place: &'b Place,
@@ -247,14 +247,8 @@ impl Gates<'_, '_> {
         !self.reached(goes_by)[at.0 as usize] || !way.after(at).is_some_and(|next| self.completes(next, goes_by))
     }
 
-    /// Whether a counter is set back where it was found to have run out, not only where something else happens.
-    fn runs_out(&self, place: &Place) -> bool {
-        let before = self.before_asking(place);
-        self.assigning(place).any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
-    }
-
     /// The nodes that an iteration reaches without asking a place.
-    fn before_asking(&self, place: &Place) -> Vec<bool> {
+    pub(super) fn before_asking(&self, place: &Place) -> Vec<bool> {
         self.reached(|node, _| {
             !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if self.asked(test).contains(place))
         })

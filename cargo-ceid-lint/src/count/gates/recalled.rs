@@ -8,7 +8,7 @@ use crate::count::given::{Given, given, place_of};
 use crate::count::outcome::Outcome;
 use crate::count::search::{End, Exploration};
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, ChangeKind, Computed, Effect, NodeId, Place};
+use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place};
 
 impl Gates<'_, '_> {
     /// What a helper keeps from call to call in the places of its callers for a gate of rate or time, itself or by what it calls.
@@ -53,6 +53,19 @@ impl Gates<'_, '_> {
         let stays = |node: NodeId, _: usize| node == at || !gives(node);
         let goes_on = self.search.graph.node(at).next.iter().any(|next| self.completes(*next, stays));
         goes_on && self.reached(stays)[at.0 as usize]
+    }
+
+    /// Whether a counter is set back where it was found to have run out, here or in a call, not only where something else happens.
+    pub(super) fn runs_out(&self, place: &Place) -> bool {
+        let before = self.before_asking(place);
+        let is_set_back = |id: NodeId| match &self.search.graph.node(id).effect {
+            Effect::Call(site) => {
+                let is_constant = |(head, change): (&Option<Head>, _)| head.is_some() || change == ChangeKind::Constant;
+                self.sets_by(site, place).any(is_constant)
+            }
+            _ => self.assigns(id, place) && self.is_set_back(id, place),
+        };
+        self.nodes().any(|id| !before[id.0 as usize] && is_set_back(id) && !self.names_element(id))
     }
 
     /// Whether each iteration sets a number back, so that it never counts.

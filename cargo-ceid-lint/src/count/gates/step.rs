@@ -24,8 +24,10 @@ pub(in crate::count) fn measured_by(search: &Search<'_>) -> BTreeSet<Given> {
     if gates.time_base() != TimeBase::Passed {
         return BTreeSet::new();
     }
-    let own = gates.told_step().into_iter().flat_map(|step| gates.clocks(step)).cloned();
-    own.chain(gates.lent_clocks()).filter_map(|clock| given(search.graph, &clock)).collect()
+    let told = gates.told_step();
+    let own = told.into_iter().flat_map(|step| gates.clocks(step)).cloned();
+    let lapped = told.into_iter().flat_map(|step| gates.nodes().flat_map(|id| gates.lapped(id, step)));
+    own.chain(lapped).chain(gates.lent_clocks()).filter_map(|clock| given(search.graph, &clock)).collect()
 }
 
 impl Gates<'_, '_> {
@@ -36,7 +38,7 @@ impl Gates<'_, '_> {
             let Some(ty) = self.ty(self.search.instance) else { return TimeBase::Passed };
             let Some(spec) = index.filter_spec(&ty) else { return TimeBase::Passed };
             if let Some(time_base) = spec.time_base {
-                return time_base;
+                return self.told_by_name().unwrap_or(time_base);
             }
             let mut base = TimeBase::Fixed;
             let laws = index.methods(&ty, "update").into_iter().flat_map(|owner| match owner {
@@ -75,6 +77,27 @@ impl Gates<'_, '_> {
             }
             if base == TimeBase::Fixed && self.sets_step() { TimeBase::Passed } else { base }
         })
+    }
+
+    /// Where the step comes from, if the names of the laws that run here say it: of one type, `update` may read the clock, and
+    /// `update_elapsed` be told how long it was.
+    fn told_by_name(&self) -> Option<TimeBase> {
+        let told = |method: &str| {
+            let is_span = ["elapsed", "duration", "delta"].iter().any(|word| method.contains(word));
+            match (is_span, method.contains("timestamp")) {
+                (true, false) => Some(TimeBase::Passed),
+                (false, true) => Some(TimeBase::Inside),
+                _ => None,
+            }
+        };
+        let mut bases = self.search.updating().into_iter().filter(|id| self.is_inside(*id)).map(|id| {
+            match &self.search.graph.node(id).effect {
+                Effect::Update(update) => told(&update.method),
+                _ => None,
+            }
+        });
+        let first = bases.next()??;
+        bases.all(|base| base == Some(first)).then_some(first)
     }
 
     /// Whether the step is set before the law is called: `filter.dt = dt`, `filter.set_dt(dt)`.
@@ -117,7 +140,7 @@ impl Gates<'_, '_> {
         {
             step.places.retain(|place| !test.about.reads.contains(place));
         }
-        self.sets_clock(&step, way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
+        self.sets_clock(&step, way) || self.renews_one(&self.lent_clocks(), &Way { nodes, ..*way })
     }
 
     pub(super) fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {

@@ -78,7 +78,7 @@ impl Gates<'_, '_> {
         if !test.about.is_comparison {
             return self.asks_whether_clock_moved(test);
         }
-        if self.is_since_clock(&asked) || self.put_off(test).is_some() {
+        if self.is_since_clock(&asked) || self.put_off(test).is_some() || self.begun_again(test).is_some() {
             return true;
         }
         asked.places.iter().any(|place| {
@@ -105,36 +105,6 @@ impl Gates<'_, '_> {
             && is_plain(left)
             && is_plain(right)
             && (is_reading(left) && is_last(right) || is_last(left) && is_reading(right))
-    }
-
-    /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
-    /// that nothing else puts off.
-    fn put_off<'t>(&self, test: &'t Test) -> Option<&'t Place> {
-        let [Some(left), Some(right)] = &test.about.compared else { return None };
-        let graph = self.search.graph;
-        let is_given = |place: &Place| {
-            let var = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place));
-            var.is_some_and(|var| graph.var(var).param.is_some() && !self.feeds_any(&[var]))
-        };
-        let is_next = |next: &Place, moment: &Place| {
-            let puts_off = |id: NodeId| {
-                graph.changes.get(&id).is_some_and(|change| {
-                    let places = named(&change.computed.places);
-                    let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
-                    // The period may be a number: `t + 20`.
-                    let has_period = places.iter().any(is_period) || graph.copied(id).is_none();
-                    change.kind == ChangeKind::Other
-                        && places.contains(&moment)
-                        && places.iter().all(|place| *place == moment || is_period(place))
-                        && has_period
-                        && change.computed.calls.iter().all(|name| name.ends_with("_add"))
-                })
-            };
-            let mut given = self.assigning(next).peekable();
-            self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
-        };
-        let is_put_off = |moment: &Place, next: &Place| is_given(moment) && is_next(next, moment);
-        [(left, right), (right, left)].into_iter().find_map(|(moment, next)| is_put_off(moment, next).then_some(next))
     }
 
     /// A comparison with what is named as a point of time: `now < self.deadline`.
@@ -339,7 +309,7 @@ impl Gates<'_, '_> {
     }
 
     /// The times that such a helper keeps.
-    fn lapped(&self, id: NodeId, sources: &Sources) -> Vec<Place> {
+    pub(super) fn lapped(&self, id: NodeId, sources: &Sources) -> Vec<Place> {
         let Effect::Call(site) = &self.search.graph.node(id).effect else { return Vec::new() };
         let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
         let asked = site.args.first().and_then(|arg| arg.place.as_ref());
@@ -349,7 +319,9 @@ impl Gates<'_, '_> {
             || asked.is_some_and(|place| sources.places.contains(place))
                 && site.targets.iter().any(|target| sources.calls.contains(name(target)));
         let is_named = |place: &Place| is_clock_name(&self.last_name(place)) && !self.is_in_other_filter(place);
-        let is_clock = |place: &Place| self.outlives(place) && (self.is_time(place) || is_named(place));
+        let is_clock = |place: &Place| {
+            self.outlives(place) && (self.is_time(place) || is_named(place) || self.is_told_since(site, id, place))
+        };
         if is_result && !is_own { self.written_by(site).filter(is_clock).collect() } else { Vec::new() }
     }
 
@@ -378,7 +350,8 @@ impl Gates<'_, '_> {
             self.assigns(id, clock)
                 && change.is_some_and(|change| matches!(change.kind, ChangeKind::Fills | ChangeKind::Other))
         };
-        self.clocks(&sources).any(|clock| {
+        let told = self.begun_again(test);
+        self.clocks(&sources).chain(&told).any(|clock| {
             self.nodes().filter(|id| sets_anew(*id, clock)).any(|id| {
                 let before = self.branch_before(id).filter(|(_, at)| *at != way.at);
                 let asks_clock = |test: &Test| self.behind(test).places.iter().any(|place| place.overlaps(clock));
@@ -411,7 +384,8 @@ impl Gates<'_, '_> {
                     let decides = graph.node(at).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
                     let waits = decides && (self.asks_moment(test) || self.tells_time(test));
                     let sources = waits.then(|| self.behind(test))?;
-                    let clocks: Vec<Place> = self.put_off(test).cloned().into_iter().collect();
+                    let told = self.put_off(test).cloned().or_else(|| self.begun_again(test));
+                    let clocks: Vec<Place> = told.into_iter().collect();
                     let keeps_clock = !clocks.is_empty() || self.clocks(&sources).next().is_some();
                     keeps_clock.then_some(TimeGate { at, sources, clocks })
                 }

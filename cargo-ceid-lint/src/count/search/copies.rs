@@ -3,7 +3,7 @@
 
 use super::run::Run;
 use super::{Region, Search, State};
-use crate::flow::{Assignment, Effect, IndexKey, LoopId, NodeId, Place, Projection, Relation, Transfer, Var};
+use crate::flow::{Assignment, CallSite, Effect, IndexKey, LoopId, NodeId, Place, Projection, Relation, Transfer, Var};
 use crate::index::Ty;
 
 /// What a way has said of copies.
@@ -67,7 +67,8 @@ impl Run<'_, '_> {
         if put.iter().any(|place| names.contains(place)) {
             return Vec::new();
         }
-        let others = joined(others, put);
+        let is_over = |place: &Place| matches!(set.place.relate(place, &value), Relation::Holds(_));
+        let others = joined(others.into_iter().filter(|place| !is_over(place)).collect(), put);
         let left: Vec<Place> = names.iter().filter(|name| carried(name).is_some()).cloned().collect();
         let given: Vec<Place> = left.iter().filter_map(carried).collect();
         if given.is_empty() {
@@ -89,8 +90,7 @@ impl Run<'_, '_> {
             && given.contains(self.search.instance)
             && !left.iter().all(|place| self.search.outlives(self.region, place));
         let awaited = if is_out { vec![self.search.instance.clone()] } else { awaited };
-        // A copy that others are made of is none of those that this way goes on in.
-        let beside = if awaited.is_empty() { joined(others.clone(), given.clone()) } else { others.clone() };
+        let beside = joined(others.clone(), given.clone());
         let staying = self.copies.intern(Copies { awaited: awaited.clone(), others: beside });
         let stays = Assignment { transfer: Transfer::Copy, ..set.clone() };
         let mut ways = vec![(State { copies: staying, ..state.clone() }, stays)];
@@ -167,6 +167,21 @@ impl Run<'_, '_> {
         let (awaited, others) = (awaited.clone(), others.clone());
         let others = self.search.renamed(&others, set, &|var| self.number(state, var)).0;
         self.copies.intern(Copies { awaited, others })
+    }
+
+    /// The copies under the names that they have behind a call, which may give back what it gets.
+    pub(super) fn copies_through(&mut self, state: &State, site: &CallSite) -> u32 {
+        let Copies { awaited, others } = self.copies.get(state.copies);
+        if others.is_empty() {
+            return state.copies;
+        }
+        match self.search.borrowed(others, site, &|var| self.number(state, var)) {
+            Some((others, _)) => {
+                let awaited = awaited.clone();
+                self.copies.intern(Copies { awaited, others })
+            }
+            None => state.copies,
+        }
     }
 
     /// The copies in another round of a loop, its own one or not; `None` if one that was made in the round before was to be put back.

@@ -28,6 +28,8 @@ impl Run<'_, '_> {
             && called.effects.iter().all(|effect| effect.outcomes.is_empty())
             && search.borrowed(self.names.get(state.names), site, &|var| self.number(state, var)).is_none()
             && site.hands.is_none()
+            && self.copies_through(state, site) == state.copies
+            && !self.is_untold_step(state, site)
         {
             self.everywhere(at, state);
             return;
@@ -111,6 +113,8 @@ impl Run<'_, '_> {
             after.push(state);
         }
         for next in after {
+            let (copies, versions) = (self.copies_through(&next, site), self.untold_after(&next, site));
+            let next = State { copies, versions, ..next };
             let number = |var| self.number(&next, var);
             let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site, &number) else {
                 self.everywhere(at, &next);
@@ -287,7 +291,9 @@ impl Run<'_, '_> {
             Transfer::Copy => false,
         };
         if may_go_back {
-            for (state, set) in self.copied(state, set) {
+            let ways = self.copied(state, set);
+            self.exploration.leaves_out_copies |= ways.is_empty();
+            for (state, set) in ways {
                 self.give(at, &state, &set);
             }
             return;
@@ -316,6 +322,11 @@ impl Run<'_, '_> {
             next.reset |= replaced;
             if replaced && self.is_ahead(&next) {
                 next.unknown = Some(self.made_of_next());
+            } else if replaced
+                && set.from.is_none()
+                && let Some(cause) = self.made_by_unread(state.node)
+            {
+                next.unknown = Some(self.cause(&cause));
             }
             if replaced {
                 self.rejuvenate(&mut next);

@@ -50,6 +50,8 @@ pub(in crate::count) struct Exploration {
     pub(in crate::count) causes: Vec<Cause>,
     /// Set if the search gave up.
     pub(in crate::count) limit: bool,
+    /// Set if ways were left out that say otherwise of a copy than what comes of it.
+    pub(in crate::count) leaves_out_copies: bool,
     /// Conditions that could not be told apart, because there are too many.
     pub(super) dropped: Dropped,
 }

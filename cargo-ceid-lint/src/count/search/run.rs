@@ -150,6 +150,7 @@ impl<'s, 'a> Run<'s, 'a> {
         if let Region::Loop(id) = self.region {
             let is_left = !graph.is_within(graph.node(to).in_loop, id);
             if self.awaits_copy(&state) && (is_left || to == graph.loop_info(id).head) {
+                self.exploration.leaves_out_copies = true;
                 return;
             }
             if to == graph.loop_info(id).head {

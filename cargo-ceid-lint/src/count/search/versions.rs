@@ -6,14 +6,57 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::flow::{Advance, Assignment, CallSite, Cause, Effect, Place, Relation, Returned, Transfer, Var};
+use crate::flow::{
+    Advance, Assignment, CallSite, Cause, Effect, NodeId, Place, Relation, Returned, Transfer, Var,
+};
 use crate::index::handed;
 
 /// Places that hold other states of the instance than its own place, each with how far it is ahead.
 pub(super) type Versions = Vec<(Place, Count)>;
 
+/// How far a state is ahead that a function gives back, in which a law may have run: that is not followed.
+const UNTOLD: Count = Count::PerSample;
+
 /// More of them tell nothing: what is forgotten is a new value where it is put back.
 const MAX_VERSIONS: usize = 16;
+
+/// Functions and methods of the standard library in which no law runs.
+const KEEPS_STATE: &[&str] = &[
+    "abs",
+    "ceil",
+    "clamp",
+    "clone",
+    "cloned",
+    "copied",
+    "exp",
+    "expect",
+    "floor",
+    "from",
+    "into",
+    "is_err",
+    "is_finite",
+    "is_nan",
+    "is_none",
+    "is_ok",
+    "is_some",
+    "ln",
+    "max",
+    "min",
+    "mul_add",
+    "powf",
+    "powi",
+    "read",
+    "recip",
+    "rem_euclid",
+    "round",
+    "signum",
+    "sqrt",
+    "to_owned",
+    "trunc",
+    "unwrap",
+    "unwrap_or",
+    "unwrap_or_default",
+];
 
 /// The ways through a function for what it gets by value: what it does to it is done to what it gives back.
 pub(super) fn by_value(outcomes: &[Outcome], place: &Place, site: &CallSite) -> Vec<Outcome> {
@@ -30,6 +73,7 @@ pub(super) fn by_value(outcomes: &[Outcome], place: &Place, site: &CallSite) -> 
 /// What is left of a way when the state before it is forgotten.
 fn rebased(ahead: Count, by: Count) -> Option<Count> {
     match (ahead, by) {
+        (UNTOLD, _) => Some(UNTOLD),
         (ahead, Count::Zero) => Some(ahead),
         (Count::One, Count::One) => Some(Count::Zero),
         _ => None,
@@ -101,7 +145,8 @@ impl Run<'_, '_> {
             return self.everywhere(at, &next);
         };
         let by = if advance.law == self.search.law { Count::One } else { Count::Zero };
-        next.versions = self.with_version(next.versions, &advance.after, before.then(by));
+        let after = if before == UNTOLD { UNTOLD } else { before.then(by) };
+        next.versions = self.with_version(next.versions, &advance.after, after);
         if let Some(result) = advance.attempt.filter(|_| by == Count::One) {
             let failed = self.with_heads(next.masks, result, returned::ABSENT);
             let given = self.with_heads(next.masks, result, returned::PRESENT | returned::OTHER);
@@ -123,6 +168,8 @@ impl Run<'_, '_> {
         let is_exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()))
             || place == self.search.instance;
         match self.ahead_at(state, given) {
+            // It is told where it takes the place.
+            Some(UNTOLD) => {}
             Some(ahead) if is_exact => {
                 self.add(&mut next, ahead);
                 next.direct |= ahead != Count::Zero;
@@ -153,8 +200,13 @@ impl Run<'_, '_> {
         let mut gained: Versions = Vec::new();
         if let Some(from) = &set.from {
             for (own, ahead) in &versions {
-                if let Relation::Holds(rest) = from.relate(own, &|_| None) {
-                    gained.push((set.place.join(&rest), *ahead));
+                match from.relate(own, &|_| None) {
+                    Relation::Holds(rest) => gained.push((set.place.join(&rest), *ahead)),
+                    // A part of it may be the state: `advanced(y)?`.
+                    _ if *ahead == UNTOLD && matches!(own.relate(from, &|_| None), Relation::Holds(_)) => {
+                        gained.push((set.place.clone(), UNTOLD));
+                    }
+                    _ => {}
                 }
             }
             if gained.is_empty() && set.transfer == Transfer::Copy && self.is_given_back() {
@@ -167,7 +219,21 @@ impl Run<'_, '_> {
         let is_over = |own: &Place| matches!(set.place.relate(own, &|_| None), Relation::Holds(_));
         let mut names = self.names.get(next.names).clone();
         let is_own = |place: &Place| names.contains(place) || place == self.search.instance;
+        let is_around = |place: &Place| {
+            names
+                .iter()
+                .chain([self.search.instance])
+                .any(|name| matches!(place.relate(name, &|_| None), Relation::Holds(_)))
+        };
+        if gained.iter().any(|(place, ahead)| *ahead == UNTOLD && is_around(place)) {
+            next.unknown = Some(self.made_by_some_call());
+            gained.retain(|(_, ahead)| *ahead != UNTOLD);
+        }
         let taken = gained.iter().find(|(place, _)| is_own(place)).map(|(_, ahead)| *ahead);
+        if let Some(by) = taken.filter(|by| *by != Count::Zero && !self.is_counted(set)) {
+            self.add(next, by);
+            next.direct = true;
+        }
         if taken.is_some() && !names.contains(&set.place) {
             // It was moved out of its place before, and is back.
             names.push(set.place.clone());
@@ -185,6 +251,67 @@ impl Run<'_, '_> {
         after.truncate(MAX_VERSIONS);
         next.versions = self.versions.intern(after);
         taken.is_some()
+    }
+
+    /// Whether that a next state takes its place is told by an update before it. What is swapped or cloned there is not.
+    fn is_counted(&self, set: &Assignment) -> bool {
+        self.search.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Update(update) => update.given.is_some() && update.given == set.from,
+            _ => false,
+        })
+    }
+
+    /// What a call gives back is a state of which it is not known how far it is ahead, if a law may have run in it that had the instance.
+    pub(super) fn untold_after(&mut self, state: &State, site: &CallSite) -> u32 {
+        if self.is_untold_step(state, site) {
+            self.with_version(state.versions, &Place::var(site.result), UNTOLD)
+        } else {
+            state.versions
+        }
+    }
+
+    pub(super) fn is_untold_step(&self, state: &State, site: &CallSite) -> bool {
+        let steps = || self.search.summaries.steps(site);
+        if site.law_of.is_some() || site.hands.is_some() || !steps() || !self.is_given_back() {
+            return false;
+        }
+        let names = self.names.get(state.names);
+        let versions = self.versions.get(state.versions).iter().map(|(place, _)| place);
+        let states: Vec<&Place> = names.iter().chain([self.search.instance]).chain(versions).collect();
+        let read = site.args.iter().flat_map(|arg| arg.place.iter().chain(&arg.value_of).chain(&arg.from.places));
+        read.into_iter().any(|place| {
+            let roots = self.search.aliases.shared_roots(place);
+            states.iter().any(|state| state.overlaps(place) || roots.iter().any(|root| root.overlaps(state)))
+        })
+    }
+
+    fn made_by_some_call(&mut self) -> u16 {
+        let steps = |site: &&CallSite| site.law_of.is_none() && self.search.summaries.steps(site);
+        let calls = self.search.graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Call(site) => Some(&**site),
+            _ => None,
+        });
+        let text = calls.into_iter().find(steps).map_or_else(String::new, |site| site.text.clone());
+        self.cause(&Cause::Code(format!("what `{text}` makes of its state")))
+    }
+
+    /// Why a new value in the place of the instance may be its next state: it is made of the one before by a call that is not read.
+    pub(super) fn made_by_unread(&self, node: NodeId) -> Option<Cause> {
+        if !self.is_given_back() {
+            return None;
+        }
+        let graph = self.search.graph;
+        let computed = &graph.changes.get(&node)?.computed;
+        let is_of_it = |place: &Place| {
+            self.search.aliases.shared_roots(place).iter().any(|root| root.overlaps(self.search.instance))
+        };
+        let index = self.search.program.index;
+        let is_unread = |name: &&String| {
+            !KEEPS_STATE.contains(&name.as_str())
+                && !self.search.summaries.of.keys().any(|id| index.function(*id).name == **name)
+        };
+        let call = computed.calls.iter().find(is_unread).filter(|_| computed.places.iter().any(is_of_it))?;
+        Some(Cause::Code(format!("what `{call}` makes of its state")))
     }
 
     /// A function hands through a state that is not in the instance's own place.
@@ -207,11 +334,14 @@ impl Run<'_, '_> {
                 }
             };
             if outcomes.is_empty() {
-                let versions = self.with_version(state.versions, result, base);
+                // What a law does to a type parameter is told of none of its types.
+                let ahead = if self.search.summaries.steps(site) { UNTOLD } else { base };
+                let versions = self.with_version(state.versions, result, ahead);
                 add(State { versions, ..state.clone() }, heads);
             }
             for outcome in &outcomes {
-                let versions = self.with_version(state.versions, result, base.then(outcome.ahead));
+                let ahead = if base == UNTOLD { UNTOLD } else { base.then(outcome.ahead) };
+                let versions = self.with_version(state.versions, result, ahead);
                 let unknown = outcome.unknown.as_ref().map(|cause| self.cause(cause)).or(state.unknown);
                 add(State { versions, unknown, ..state.clone() }, heads & outcome.returned);
             }

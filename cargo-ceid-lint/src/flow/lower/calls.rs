@@ -232,6 +232,9 @@ impl Builder<'_> {
             self.diverge(span);
             return Value::default();
         }
+        if let Some(copy) = self.clone_given(id, &resolved.targets, exprs, values) {
+            return copy;
+        }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
     }
@@ -258,25 +261,33 @@ impl Builder<'_> {
             receiver == Some(expr) && targets.iter().any(of)
         };
         let lent: Vec<bool> = exprs.iter().map(|expr| is_lent(*expr)).collect();
-        let mut args: Vec<Argument> = exprs
-            .iter()
-            .zip(values)
-            .zip(lent)
-            .map(|((expr, value), is_lent)| Argument {
-                place: value.place.clone().filter(|_| !super::values::is_plain(self.ty(*expr)) || is_lent),
+        let hands = self.hands(id, None, exprs);
+        let mut args: Vec<Argument> = Vec::new();
+        for (number, ((expr, value), is_lent)) in exprs.iter().zip(values).zip(lent).enumerate() {
+            let is_moved = self.is_passed_by_value(*expr, value, receiver, targets);
+            let is_copy = law_of.is_none()
+                && is_moved
+                && (value.leaves_by == Some(Transfer::Copy) || self.program.index.copies_filter(self.ty(*expr)));
+            // What is handed through goes on in the result.
+            let is_handed = hands.is_some_and(|(handed, _)| handed == number);
+            let place = value.place.clone().filter(|_| !super::values::is_plain(self.ty(*expr)) || is_lent);
+            let place = match place {
+                Some(_) if is_copy && !is_handed => self.copy_of(value, self.ty(*expr).clone(), span).place,
+                place => place,
+            };
+            args.push(Argument {
+                place,
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
                 is_setting: self.is_setting(*expr),
                 is_shared: self.is_shared(*expr),
-                is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
+                is_moved,
                 is_back: false,
-                is_copy: law_of.is_none()
-                    && self.is_passed_by_value(*expr, value, receiver, targets)
-                    && (value.leaves_by == Some(Transfer::Copy) || self.program.index.copies_filter(self.ty(*expr))),
+                is_copy,
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
-            })
-            .collect();
+            });
+        }
         self.note_handed_back(id, &mut args);
         let text = self.text(id);
         let (mut fed, mut from) = (Vec::new(), Computed::default());
@@ -306,7 +317,7 @@ impl Builder<'_> {
             && exprs
                 .get(law_of.unwrap_or(0))
                 .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
-        let hands = self.hands(id, None, exprs).map(|(at, part)| {
+        let hands = hands.map(|(at, part)| {
             let whole = Place::var(result);
             (at, part.map_or(whole.clone(), |part| whole.field(&part.to_string())))
         });

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Cause, Effect, IndexKey, Node, NodeId, Place, Projection, Rounds, Transfer, Var};
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::LocalId;
 
 /// How many nodes, with what holds the copy there, are looked at for one copy; beyond that it is not sure to go back.
 const MAX_HOLDING: usize = 10_000;
@@ -65,6 +66,12 @@ impl Builder<'_> {
         Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
     }
 
+    /// Whether a value is a copy of another one, which is followed.
+    pub(super) fn is_copy(&self, value: &Value) -> bool {
+        let is_made = |node: &Node| matches!(&node.effect, Effect::Set(set) if set.transfer == Transfer::Copy && Some(&set.place) == value.place.as_ref());
+        value.place.is_some() && self.graph.nodes.iter().any(is_made)
+    }
+
     /// Each element gets a copy of its counterpart.
     pub(super) fn write_copy(&mut self, to: &Value, from: &Value, span: Span) {
         let (Some(place), true) = (to.place.clone(), self.at.is_some()) else { return };
@@ -107,6 +114,69 @@ impl Builder<'_> {
         Some(if field.is_cloned { self.copy_of(&value, ty, span) } else { self.copy_used(&value, ty, span) })
     }
 
+    /// What a function gives of a filter that it is lent, by value: a copy or a clone of it, on which it may have gone on:
+    /// `fn stepped(&self) -> Pt1 { let mut next = *self; next.update(); next }`.
+    pub(super) fn clone_given(
+        &mut self,
+        id: ExprId,
+        targets: &[FunctionId],
+        exprs: &[ExprId],
+        values: &[Value],
+    ) -> Option<Value> {
+        let [target] = targets else { return None };
+        let ty = self.ty(id).clone();
+        self.program.index.filter_spec(&ty)?;
+        let function = &self.program.index.function(*target).function;
+        let (body, typed) = (function.body.as_ref()?, self.program.typed(*target)?);
+        let is_lent = |(number, expr): &(usize, &ExprId)| {
+            let param = body.params.get(*number).and_then(|param| typed.pat_local.get(param));
+            let is_reference =
+                |local: &LocalId| matches!(&typed.locals[local.0 as usize].ty, Ty::Ref(_, inner) if **inner == ty);
+            param.is_some_and(is_reference) && self.ty(**expr).peel() == &ty && values[*number].place.is_some()
+        };
+        let (number, _) = exprs.iter().enumerate().find(is_lent)?;
+        let param = typed.pat_local.get(&body.params[number])?;
+        let is_it = |expr: ExprId| typed.expr_local.get(&expr) == Some(param);
+        let is_copied = self.program.index.copies_filter(&ty);
+        let is_clone = |expr: ExprId| match &body.expr(expr).kind {
+            ExprKind::Deref(inner) => is_copied && is_it(*inner),
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                method == "clone" && args.is_empty() && is_it(*receiver)
+            }
+            _ => false,
+        };
+        // What is written behind the reference, or read there, is no copy.
+        let is_place = |expr: ExprId| {
+            body.exprs.iter().any(|around| match &around.kind {
+                ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => *place == expr,
+                ExprKind::Field { base, .. } => *base == expr,
+                ExprKind::MethodCall { receiver, .. } => *receiver == expr,
+                ExprKind::Reference { value, .. } => *value == expr,
+                _ => false,
+            })
+        };
+        let all = || (0u32..).map(ExprId).take(body.exprs.len());
+        if !all().any(|expr| is_clone(expr) && !is_place(expr)) {
+            return None;
+        }
+        let goes_on = |expr: ExprId| {
+            let (args, receiver) = match &body.expr(expr).kind {
+                ExprKind::MethodCall { receiver, args, .. } => (args, Some(receiver)),
+                ExprKind::Call { args, .. } => (args, None),
+                _ => return false,
+            };
+            let others = receiver.into_iter().chain(args).filter(|arg| !is_it(**arg));
+            !is_clone(expr) && others.into_iter().any(|arg| typed.ty(*arg).peel() == &ty)
+        };
+        let span = self.span(id);
+        let copy = self.copy_of(&Value { is_owned: true, ..values[number].clone() }, ty.clone(), span);
+        if let Some(place) = copy.place.clone().filter(|_| all().any(goes_on)) {
+            let cause = Cause::Code(format!("what `{}` does to the copy that it gives back", self.text(id)));
+            self.emit(Effect::Unknown { places: vec![place], cause }, span);
+        }
+        Some(copy)
+    }
+
     /// The copies that a `move` closure takes of what it names: it goes on with them from call to call.
     pub(super) fn copy_captured(&mut self, closure: ClosureRef, span: Span) {
         let body = self.body();
@@ -130,6 +200,7 @@ impl Builder<'_> {
     /// Tells copies that are put back, or stand in for what is not asked for again, from those that are instances of their own.
     pub(super) fn settle_copies(&mut self) {
         self.settle_parts_of_params();
+        self.keep_saved();
         let copies: Vec<(NodeId, Var, Place)> = self
             .graph
             .node_ids()
@@ -140,50 +211,19 @@ impl Builder<'_> {
                 _ => None,
             })
             .collect();
-        let calls: Vec<(NodeId, usize, Var, Place)> = self
-            .graph
-            .node_ids()
-            .filter_map(|id| match &self.graph.node(id).effect {
-                Effect::Call(site) => Some((id, site)),
-                _ => None,
-            })
-            .flat_map(|(id, site)| {
-                // What is handed through goes on in the result.
-                let handed = site.hands.as_ref().map(|(number, _)| *number);
-                let copied =
-                    site.args.iter().enumerate().filter(move |(number, arg)| arg.is_copy && Some(*number) != handed);
-                copied.filter_map(move |(number, arg)| Some((id, number, site.result, arg.place.clone()?)))
-            })
-            .collect();
-        if copies.is_empty() && calls.is_empty() {
+        if copies.is_empty() {
             return;
         }
         let mut on_the_way = BTreeSet::new();
         let mut origins = BTreeSet::new();
         for (id, var, from) in &copies {
-            let way = self.way_back(*id, *var, from);
-            let is_changed = |this: &mut Self, way: &BTreeSet<Var>| {
-                this.is_changed(way) || this.lends_elements(way) && !this.loses_elements(way, from)
-            };
-            let way = way.filter(|way| is_changed(self, way));
-            if way.is_some() {
+            let Some(way) = self.way_back(*id, *var, from) else { continue };
+            if self.is_changed(&way) || self.lends_elements(&way) && !self.loses_elements(&way, from) {
                 origins.insert(from.base);
+                on_the_way.extend(way);
+            } else {
+                self.keep_unchanged(*id, &way, from);
             }
-            on_the_way.extend(way.into_iter().flatten());
-        }
-        for (id, number, result, from) in calls {
-            let way = self.way_back(id, result, &from);
-            let way = way.filter(|way| self.surely_goes_back(id, way, &from));
-            if way.is_some() {
-                origins.insert(from.base);
-            }
-            if way.is_none()
-                && let Effect::Call(site) = &mut self.graph.nodes[id.0 as usize].effect
-            {
-                // The function has a copy, and what it does with it is its own business.
-                site.args[number].place = None;
-            }
-            on_the_way.extend(way.into_iter().flatten());
         }
         for node in &mut self.graph.nodes {
             let (Effect::Set(set) | Effect::Write(set)) = &mut node.effect else { continue };
@@ -196,6 +236,16 @@ impl Builder<'_> {
             let is_end = |place: &Place| is_on(place) || origins.contains(&place.base);
             if ends.contains(&true) && is_end(&set.place) && set.from.as_ref().is_some_and(is_end) {
                 set.transfer = Transfer::RoundTrip;
+            }
+        }
+        for node in &mut self.graph.nodes {
+            let Effect::Call(site) = &mut node.effect else { continue };
+            let handed = site.hands.as_ref().map(|(number, _)| *number);
+            let given = site.args.iter_mut().enumerate().filter(|(number, arg)| arg.is_copy && Some(*number) != handed);
+            for (_, arg) in given {
+                // What a function does with a copy of its own is its own business.
+                arg.place =
+                    arg.place.take().filter(|place| place.base_var().is_some_and(|var| on_the_way.contains(&var)));
             }
         }
     }
@@ -349,59 +399,60 @@ impl Builder<'_> {
         way.contains(&start).then_some(way)
     }
 
-    /// Whether each way from a call on puts back to a place what the call gave, by one of the variables, before the copy is made
-    /// again. Notes where it is put back if only some do.
-    fn surely_goes_back(&mut self, call: NodeId, vars: &BTreeSet<Var>, origin: &Place) -> bool {
-        let Effect::Call(site) = &self.graph.node(call).effect else { return false };
-        let var_of = |place: &Place| place.base_var().filter(|var| vars.contains(var));
-        let goes_back = |node: &Node| match &node.effect {
-            Effect::Set(set) | Effect::Write(set) => {
-                set.place.overlaps(origin) && set.from.as_ref().and_then(var_of).is_some()
-            }
+    /// A filter that gets a copy of itself back, on which nothing went on, has no new state.
+    fn keep_unchanged(&mut self, copied_at: NodeId, vars: &BTreeSet<Var>, origin: &Place) {
+        let is_filter = |var: &Var| self.program.index.filter_spec(&self.graph.var(*var).ty).is_some();
+        let is_one = |place: &Place| place.steps.is_empty() && place.base_var().is_some_and(|var| vars.contains(&var));
+        let is_from = |set: &Assignment| set.from.as_ref().is_some_and(is_one);
+        let is_other = |id: NodeId| match &self.graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) => id != copied_at && is_one(&set.place) && !is_from(set),
             _ => false,
         };
-        let back: Vec<NodeId> = self.graph.node_ids().filter(|id| goes_back(self.graph.node(*id))).collect();
-        let mut seen = BTreeSet::new();
-        let mut open: Vec<_> =
-            self.graph.node(call).next.iter().map(|id| (*id, BTreeSet::from([site.result]))).collect();
-        let mut is_sure = true;
-        while let Some((id, mut holding)) = open.pop() {
-            let node = self.graph.node(id);
-            if !seen.insert((id, holding.clone())) {
-                continue;
-            }
-            let (given, taken) = match &node.effect {
-                Effect::Set(set) | Effect::Write(set) => {
-                    let is_given = set.from.as_ref().and_then(var_of).is_some_and(|var| holding.contains(&var));
-                    if is_given && set.place.overlaps(origin) {
-                        continue;
-                    }
-                    (is_given, var_of(&set.place))
-                }
+        if !vars.iter().all(is_filter) || self.graph.node_ids().any(is_other) {
+            return;
+        }
+        // What was taken before the loop is what the filter began with.
+        let made_in = self.graph.node(copied_at).in_loop;
+        let back = self.graph.node_ids().filter_map(|id| match &self.graph.node(id).effect {
+            Effect::Write(set) if set.place == *origin && is_from(set) => Some((id, set.from.clone()?)),
+            _ => None,
+        });
+        let back: Vec<(NodeId, Place)> = back.filter(|(id, _)| self.graph.node(*id).in_loop == made_in).collect();
+        for (id, copy) in back {
+            self.graph.nodes[id.0 as usize].effect = Effect::Reset { place: origin.clone(), full: false };
+            self.graph.given_away.insert((id, copy));
+        }
+    }
+
+    /// The same for what is kept in another place in between: `self.saved = self.lag; …; self.lag = self.saved;`
+    fn keep_saved(&mut self) {
+        let writes = self.graph.node_ids().filter_map(|id| match &self.graph.node(id).effect {
+            Effect::Write(set) if set.transfer == Transfer::Copy => Some((id, &set.place, set.from.as_ref()?)),
+            _ => None,
+        });
+        let writes: Vec<(NodeId, &Place, &Place)> = writes.collect();
+        let loop_of = |id: NodeId| self.graph.node(id).in_loop;
+        let is_updated = |place: &Place| {
+            self.graph.nodes.iter().any(|node| match &node.effect {
+                Effect::Update(update) => update.place == *place,
                 Effect::Call(site) => {
-                    let copied = site.args.iter().filter(|arg| arg.is_copy).filter_map(|arg| arg.place.as_ref());
-                    let mut copied = copied.filter_map(var_of);
-                    (copied.any(|var| holding.contains(&var)), Some(site.result).filter(|var| vars.contains(var)))
+                    let filter = site.law_of.and_then(|number| site.args.get(number)?.place.as_ref());
+                    filter == Some(place)
                 }
-                _ => (false, None),
+                _ => false,
+            })
+        };
+        let is_saved = |(id, place, from): &&(NodeId, &Place, &Place)| {
+            let saves = |(other, to, what): &(NodeId, &Place, &Place)| {
+                to == from && what == place && loop_of(*other) == loop_of(*id)
             };
-            if let Some(taken) = taken {
-                if given {
-                    holding.insert(taken)
-                } else {
-                    holding.remove(&taken)
-                };
-            }
-            is_sure &= id != call && !matches!(node.effect, Effect::Return(_)) && seen.len() < MAX_HOLDING;
-            if !is_sure {
-                break;
-            }
-            open.extend(node.next.iter().map(|next| (*next, holding.clone())));
+            writes.iter().any(saves) && is_updated(place) && !is_updated(from)
+        };
+        let back: Vec<(NodeId, Place)> =
+            writes.iter().filter(is_saved).map(|(id, place, _)| (*id, (*place).clone())).collect();
+        for (id, place) in back {
+            self.graph.nodes[id.0 as usize].effect = Effect::Reset { place, full: false };
         }
-        for id in back.into_iter().filter(|_| !is_sure) {
-            self.lose_put_back(id, "a copy that a call gets, and that only some paths put back");
-        }
-        is_sure
     }
 
     /// What is put back at a node is not followed.

@@ -138,10 +138,19 @@ impl Builder<'_> {
             Some(_) => None,
             None => taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(scrutinee)),
         };
-        let about = self.about(scrutinee);
+        let mut about = self.about(scrutinee);
         self.note_ends(scrutinee);
         let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
         let emptied = value.place.clone().filter(|_| taken.is_some());
+        // Each of several conditions is asked by itself.
+        let is_joined = matches!(self.body().expr(scrutinee).kind, ExprKind::Binary { op: "&&" | "||", .. });
+        let pure = match value.same_as.filter(|_| is_joined) {
+            Some(var) => {
+                about = About { reads: vec![Place::var(var)], ..About::default() };
+                Some(self.pure_var(var))
+            }
+            None => pure,
+        };
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));

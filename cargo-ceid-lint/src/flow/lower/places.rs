@@ -293,6 +293,7 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         if self.keeps_state(target, value)
+            && !self.is_copy(&given)
             && let Some(place) = self.static_place(target)
         {
             self.emit(Effect::Reset { place, full: false }, span);

@@ -7,7 +7,7 @@ use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{NodeId, Place};
 use crate::index::{FunctionId, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
-use crate::types::{Callee, Resolved, TypedBody};
+use crate::types::{Callee, LocalId, Resolved, TypedBody};
 
 /// How many expressions a function may have to be read where it is called.
 const MAX_EXPRESSIONS: usize = 96;
@@ -214,10 +214,12 @@ impl Builder<'_> {
         let def = self.program.index.function(*target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
         // A divider or timer of the code's own answers whether it is time.
-        let is_answer = *typed.ty(body.root).peel() == Ty::Bool;
-        let answers = answers || is_answer;
-        if body.exprs.len() > if is_answer { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target)
-        {
+        let is_truth = *typed.ty(body.root).peel() == Ty::Bool;
+        // The law of what is known by its bounds is found where the function is called for one type.
+        let is_open = |local: &LocalId| matches!(typed.local(*local).ty.peel(), Ty::Param(_) | Ty::Opaque(_));
+        let is_bound = || body.params.iter().filter_map(|pat| typed.pat_local.get(pat)).any(is_open);
+        let answers = answers || is_truth || self.is_answer(typed.ty(body.root)) && !is_bound();
+        if body.exprs.len() > if is_truth { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target) {
             return false;
         }
         let is_choice = |ty: &Ty| matches!(ty, Ty::Adt(..)) && self.is_state(ty);
@@ -226,7 +228,7 @@ impl Builder<'_> {
         let gives = typed.ty(body.root);
         let is_told = is_choice(gives) || *gives == Ty::Tuple(Vec::new());
         let mut switches = is_told && params.any(|local| is_choice(&typed.local(*local).ty));
-        let (mut closures, mut of_filters) = (Vec::new(), FxHashSet::<ExprId>::default());
+        let (mut closures, mut run_here) = (Vec::new(), FxHashSet::<ExprId>::default());
         for (number, expr) in body.exprs.iter().enumerate() {
             let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
             match &expr.kind {
@@ -243,7 +245,9 @@ impl Builder<'_> {
                     // What is taken is gone for whoever looks next.
                     switches |= method == "take" && args.is_empty() && self.is_plain_option(typed.ty(*receiver));
                     let is_for_each = method == "for_each" && self.program.index.holds_filter(typed.ty(*receiver));
-                    of_filters.extend(args.iter().filter(|_| is_for_each));
+                    // `self.is_due().then(|| self.last)`
+                    let is_answer = method == "then" && *typed.ty(*receiver).peel() == Ty::Bool;
+                    run_here.extend(args.iter().filter(|_| is_for_each || is_answer));
                 }
                 // What it does to each filter of a collection: `for pid in &mut self.pids { pid.reset(); }`.
                 ExprKind::For { iterable, .. } if self.program.index.holds_filter(typed.ty(*iterable)) => {}
@@ -264,7 +268,7 @@ impl Builder<'_> {
                 switches = switches || depth < MAX_DEPTH && self.switches_state(inner, answers, depth + 1);
             }
         }
-        switches && closures.iter().all(|id| of_filters.contains(id))
+        switches && closures.iter().all(|id| run_here.contains(id))
     }
 
     /// Whether a function does nothing but tell a state from what its receiver holds: read where it is called, it tells the same
@@ -316,6 +320,26 @@ impl Builder<'_> {
                     matches!(typed.callees.get(&id), Some(Callee::Resolved(inner)) if self.may_run_law(inner, depth + 1))
                 })
         })
+    }
+
+    /// Whether a value of the type says no more than whether it is time, and when: `Option<()>`, `Result<f32, NotYet>`. What is made of
+    /// several parts is a sample.
+    fn is_answer(&self, ty: &Ty) -> bool {
+        let given = match ty {
+            Ty::External(_, given) => given,
+            Ty::Adt(id, _) => match &self.program.index.type_def(*id).shape {
+                Shape::Enum(variants) => return variants.iter().all(|variant| variant.fields.fields.is_empty()),
+                Shape::Struct(_) => return false,
+            },
+            _ => return false,
+        };
+        let is_moment = |given: &Ty| match given {
+            Ty::Int | Ty::Float | Ty::Bool => true,
+            Ty::Tuple(parts) => parts.is_empty(),
+            Ty::External(path, _) => matches!(path.rsplit("::").next(), Some("Instant" | "Duration")),
+            _ => false,
+        };
+        self.is_plain_option(ty) && given.first().is_some_and(is_moment)
     }
 
     /// Whether a value of the type is there or not, and holds no filter.

@@ -8,6 +8,7 @@ use super::workspace::{Workspace, normalized};
 use super::{
     LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, profile, select,
 };
+use crate::config;
 use crate::diagnostic::Problem;
 
 /// Loads what the user selected.
@@ -31,7 +32,7 @@ pub fn load(selection: &Selection) -> Result<Project, LoadError> {
 /// the project has to be loaded. `None` if that has to be done in any case.
 #[must_use]
 pub fn load_unresolved(selection: &Selection) -> Option<Project> {
-    let path = manifest_of(selection).ok().filter(|_| selection.paths.is_empty())?;
+    let path = manifest_of(selection).ok().filter(|path| selection.paths.is_empty() && path.to_str().is_some())?;
     let lock = metadata::lock_of_members(&path, selection)?;
     let run_in = directory_of_cargo(&path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
@@ -88,6 +89,7 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
     let is_alone = roots.manifests.len() + roots.files.len() == 1;
     let mut parts: Vec<Project> = Vec::new();
     let mut problems = roots.problems.clone();
+    let mut unread: Vec<&Path> = Vec::new();
     for path in &roots.manifests {
         if parts
             .iter()
@@ -98,17 +100,31 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
         match load_workspace(path, selection, &roots.only) {
             Ok(part) => parts.push(part),
             Err(error) if is_alone => return Err(error),
-            Err(error) => problems.push(error.problem(path)),
+            Err(error) => {
+                problems.push(error.problem(path));
+                unread.extend(path.parent());
+            }
         }
     }
     parts.extend(load_files(roots, selection)?);
     let mut project = merge(parts);
+    // Paths are told as if all of them had been read.
+    if !project.packages.is_empty() {
+        project.root = unread.iter().fold(project.root, |root, path| common(&root, path));
+    }
     project.only = roots.only.clone();
     project.problems.extend(problems);
     Ok(project)
 }
 
 fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Result<Project, LoadError> {
+    if path.to_str().is_none() {
+        return Err(LoadError::new(format!(
+            "the path `{}` is not valid UTF-8, and cargo loads no manifest there",
+            path.display()
+        ))
+        .help("rename the directory, or name its files: `cargo ceid-lint src/main.rs`"));
+    }
     let run_in = directory_of_cargo(path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
     let (mut notices, mut problems) = (Vec::new(), Vec::new());
@@ -293,7 +309,29 @@ fn select_in(
     }
     let mut project = assemble::project(workspace, cfg, &selected);
     project.only = only.to_vec();
+    notices.extend(misplaced_configurations(&project));
     Ok(project)
+}
+
+/// What there is to say of configuration files beside the manifests of members, which nothing reads.
+fn misplaced_configurations(project: &Project) -> Vec<String> {
+    let members = project.packages.iter().filter(|package| package.is_reported);
+    let misplaced = members.filter_map(|package| {
+        let directory = package.manifest_path.parent().filter(|directory| *directory != package.workspace_root)?;
+        let path = directory.join(config::FILE_NAME);
+        path.is_file().then_some((path, package))
+    });
+    let shown = |path: &Path| path.strip_prefix(&project.root).unwrap_or(path).display().to_string();
+    misplaced
+        .map(|(path, package)| {
+            format!(
+                "`{}` is not read: the configuration stands beside the manifest of the workspace, and that of one package in \
+                 `[package.metadata.ceid-lint]` of `{}`",
+                shown(&path),
+                shown(&package.manifest_path)
+            )
+        })
+        .collect()
 }
 
 /// Puts projects side by side. A package that several of them read is kept once, reported if one of them reports it.

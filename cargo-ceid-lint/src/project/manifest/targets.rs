@@ -130,7 +130,7 @@ pub(in crate::project) fn verbatim(
         "kind": kinds,
         "crate_types": crate_types,
         "name": name,
-        "src_path": src_path,
+        "src_path": src_path.to_string_lossy(),
         "edition": edition,
         "doc": is_lib,
         "doctest": is_lib,

@@ -1,0 +1,102 @@
+//! Times that are told by what is done with them, whatever they are called.
+
+use super::Gates;
+use super::sources::counts_shared;
+use super::time::is_clock;
+use crate::count::cycles::named;
+use crate::flow::{CallSite, ChangeKind, NodeId, Place, Test};
+
+/// What takes one number from another.
+const DIFFERENCES: &[&str] =
+    &["wrapping_sub", "saturating_sub", "checked_sub", "unwrap", "unwrap_or", "unwrap_or_default"];
+
+impl Gates<'_, '_> {
+    /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
+    /// that nothing else puts off.
+    pub(super) fn put_off<'t>(&self, test: &'t Test) -> Option<&'t Place> {
+        let [Some(left), Some(right)] = &test.about.compared else { return None };
+        let graph = self.search.graph;
+        let is_next = |next: &Place, moment: &Place| {
+            let puts_off = |id: NodeId| {
+                graph.changes.get(&id).is_some_and(|change| {
+                    let places = named(&change.computed.places);
+                    let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
+                    // The period may be a number: `t + 20`.
+                    let has_period = places.iter().any(is_period) || graph.copied(id).is_none();
+                    change.kind == ChangeKind::Other
+                        && places.contains(&moment)
+                        && places.iter().all(|place| *place == moment || is_period(place))
+                        && has_period
+                        && change.computed.calls.iter().all(|name| name.ends_with("_add"))
+                })
+            };
+            let mut given = self.assigning(next).peekable();
+            self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
+        };
+        let is_put_off = |moment: &Place, next: &Place| self.is_given_number(moment) && is_next(next, moment);
+        [(left, right), (right, left)].into_iter().find_map(|(moment, next)| is_put_off(moment, next).then_some(next))
+    }
+
+    /// `if t - self.since >= PERIOD { self.since = t; … }`: the number that was kept when the gate opened the last time, less than what
+    /// the function is given and feeds to no filter, or than what an interrupt counts.
+    pub(super) fn begun_again(&self, test: &Test) -> Option<Place> {
+        let about = &test.about;
+        if !about.is_comparison || about.is_masked || about.is_remainder || about.is_presence {
+            return None;
+        }
+        let sources = self.behind(test);
+        let reckons = |name: &String| DIFFERENCES.contains(&name.as_str()) || counts_shared(name);
+        if !sources.calls.iter().all(|name| reckons(name) || !name.contains(char::is_lowercase)) {
+            return None;
+        }
+        let is_moment = |place: &Place| self.is_given_number(place) || self.is_counted_by_others(place);
+        let is_from_moment = |id: NodeId| {
+            let copied = self.search.graph.copied(id);
+            copied.is_some_and(|from| sources.places.contains(&from) && is_moment(&from))
+        };
+        // Which of them is larger says nothing of what lies between them.
+        let is_difference = |kept: &Place| {
+            let mut sides = about.compared.iter().flatten();
+            !about.compared.contains(&Some(kept.clone())) || !sides.any(is_moment)
+        };
+        let is_kept = |place: &&Place| {
+            let mut given = self.assigning(place).peekable();
+            self.is_number(place)
+                && self.outlives(place)
+                && given.peek().is_some()
+                && is_difference(place)
+                && given.all(is_from_moment)
+        };
+        sources.places.iter().find(is_kept).cloned()
+    }
+
+    /// A number that the function is given and feeds to no filter.
+    fn is_given_number(&self, place: &Place) -> bool {
+        let var = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place));
+        var.is_some_and(|var| self.search.graph.var(var).param.is_some() && !self.feeds_any(&[var]))
+    }
+
+    /// A number that is read from what is shared, and fed to no filter: `let t = TICKS.load(Ordering::Relaxed);`
+    fn is_counted_by_others(&self, place: &Place) -> bool {
+        let Some(var) = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place)) else {
+            return false;
+        };
+        let Some(computed) = self.search.graph.computed.get(&var) else { return false };
+        let is_shared = |from: &Place| from.base_var().is_none();
+        computed.places.iter().any(is_shared)
+            && computed.calls.iter().all(|name| counts_shared(name))
+            && !self.outlives(place)
+            && !self.feeds_any(&[var])
+    }
+
+    /// Whether a call answers what has gone since a time that it keeps at a place: `let gone = now - self.at; self.at = now; gone`.
+    pub(super) fn is_told_since(&self, site: &CallSite, id: NodeId, place: &Place) -> bool {
+        let Some(owner) = site.args.first().and_then(|arg| arg.place.as_ref()) else { return false };
+        let Some((_, told)) = self.all_told().iter().find(|(node, _)| *node == id) else { return false };
+        let is_given_time = || site.args[1..].iter().any(|arg| self.tells(&self.assignments().behind(&arg.from)));
+        self.is_number(place)
+            && !told.scales
+            && told.fields.iter().any(|name| owner.field(name) == *place)
+            && (told.calls.iter().any(|name| is_clock(name)) || is_given_time())
+    }
+}
