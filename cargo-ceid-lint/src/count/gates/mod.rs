@@ -276,6 +276,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.shares_rounds(&about.reads, way) || (is_masked && !is_kept && is_decimated()) {
             return Some(Gate::Rate);
         }
+        if self.asks_told_remainder(test, at, way) {
+            return Some(Gate::Rate);
+        }
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
         let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);

@@ -240,7 +240,7 @@ impl Gates<'_, '_> {
 
     /// Whether every iteration counts that comes to a branch and goes on from there as a way does, or starts anew where the count
     /// has run out.
-    fn counts_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+    pub(super) fn counts_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
         let before = self.before_asking(place);
         let starts_anew = |node: NodeId| self.is_set_back(node, place) && !before[node.0 as usize];
         let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place) && !starts_anew(node);

@@ -1,8 +1,8 @@
 //! What functions of the analysed code answer that a condition asks: how old something is, or how far it has counted.
 
-use super::Gates;
 use super::sources::Sources;
 use super::time::is_clock;
+use super::{Gates, Way};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Told, told};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::Receiver;
@@ -33,6 +33,27 @@ impl Gates<'_, '_> {
             let owner = site.args.first().and_then(|arg| arg.place.as_ref());
             let is_counted = |place: Place| self.is_number(&place) && self.nodes().any(|id| self.counts_at(id, &place));
             owner.is_some_and(|owner| told.fields.iter().any(|name| is_counted(owner.field(name))))
+        })
+    }
+
+    /// `if self.slot() == 2 { … }`: a function that answers the remainder of what each cycle counts that waits for it.
+    pub(super) fn asks_told_remainder(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
+        // `let slot = self.slot(); if slot == 2 { … }`
+        let is_answer = |place: &Place| self.is_number(place) && !self.outlives(place);
+        let is_kept = || asked.places.iter().all(is_answer);
+        if test.about.is_comparison || test.about.is_presence || (asked.calls.is_empty() && !is_kept()) {
+            return false;
+        }
+        self.answers(&asked).into_iter().filter(|(_, told)| told.is_remainder).any(|(site, told)| {
+            let owner = site.args.first().and_then(|arg| arg.place.as_ref());
+            let fields = owner.into_iter().flat_map(|owner| told.fields.iter().map(|name| owner.field(name)));
+            let given = site.args.iter().flat_map(|arg| arg.from.places.iter().cloned());
+            let is_counted = |place: &Place| {
+                self.is_number(place) && self.outlives(place) && self.nodes().any(|id| self.counts_at(id, place))
+            };
+            let mut counted = fields.chain(given).filter(is_counted);
+            counted.any(|place| self.counts_while_closed(&place, at, way))
         })
     }
 
@@ -94,6 +115,6 @@ impl Gates<'_, '_> {
         let [target] = site.targets.as_slice() else { return None };
         let body = self.search.program.index.function(*target).function.body.as_ref()?;
         let told = Some(body).filter(|body| body.exprs.len() <= MAX_EXPRESSIONS).map(told)?;
-        (!told.fields.is_empty() || told.calls.iter().any(|name| is_clock(name))).then_some(told)
+        (told.is_remainder || !told.fields.is_empty() || told.calls.iter().any(|name| is_clock(name))).then_some(told)
     }
 }

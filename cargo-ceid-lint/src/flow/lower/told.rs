@@ -11,6 +11,8 @@ pub struct Told {
     pub fields: Vec<String>,
     /// Whether it makes a product or quotient of several values, which is a number of another kind: `self.pulses / age`.
     pub scales: bool,
+    /// Whether it is a remainder, or a part of one: `self.tick % 4`.
+    pub is_remainder: bool,
 }
 
 /// What the answer of a function with this body is made of.
@@ -48,7 +50,10 @@ pub fn told(body: &Body) -> Told {
                 told.scales |= !is_number(body, *lhs) && !is_number(body, *rhs);
                 open.extend([*lhs, *rhs]);
             }
-            _ => open.extend(body.children(id)),
+            kind => {
+                told.is_remainder |= matches!(kind, ExprKind::Binary { op: "%", .. });
+                open.extend(body.children(id));
+            }
         }
     }
     told
