@@ -19,8 +19,8 @@ impl Summaries {
     }
 
     /// Whether a law that gives back the next state may run in a call.
-    pub(super) fn steps(&self, site: &CallSite) -> bool {
-        site.targets.iter().filter_map(|target| self.get(*target)).any(|callee| callee.steps)
+    pub(super) fn gives_next(&self, site: &CallSite) -> bool {
+        site.targets.iter().filter_map(|target| self.get(*target)).any(|callee| callee.gives_next)
     }
 
     /// The halves of laws by which the state that a call hands through may be ahead of the one before.

@@ -86,7 +86,7 @@ pub(super) struct Summary {
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
     /// Whether a law that gives back the next state runs in it, whoever has the state.
-    pub(super) steps: bool,
+    pub(super) gives_next: bool,
     /// The parts of its result that its own cycles have updated.
     pub(super) finished: BTreeSet<Vec<Projection>>,
     /// What it updates without ever coming back.
@@ -196,7 +196,7 @@ impl Summaries {
         let aliases = Aliases::of(program.index, graph, self);
         let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
         summary.calls.extend(&graph.read_here);
-        summary.steps = graph.steps;
+        summary.gives_next = graph.gives_next;
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
@@ -299,7 +299,7 @@ impl Summaries {
         unknown: &mut BTreeMap<Given, Cause>,
     ) {
         summary.calls.extend(&site.targets);
-        summary.steps |= self.steps(site);
+        summary.gives_next |= self.gives_next(site);
         for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
             for (given, outcomes) in callee.all_outcomes() {
                 let Some(place) = place_of(callee.reached(given), site) else { continue };

@@ -117,7 +117,7 @@ pub struct ControlFlowGraph {
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
     /// Whether a law runs here that gives back the next state.
-    pub steps: bool,
+    pub gives_next: bool,
 }
 
 /// What a value was computed from.

@@ -270,7 +270,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn is_untold_step(&self, state: &State, site: &CallSite) -> bool {
-        let steps = || self.search.summaries.steps(site);
+        let steps = || self.search.summaries.gives_next(site);
         if site.law_of.is_some() || site.hands.is_some() || !steps() || !self.is_given_back() {
             return false;
         }
@@ -285,7 +285,7 @@ impl Run<'_, '_> {
     }
 
     fn made_by_some_call(&mut self) -> u16 {
-        let steps = |site: &&CallSite| site.law_of.is_none() && self.search.summaries.steps(site);
+        let steps = |site: &&CallSite| site.law_of.is_none() && self.search.summaries.gives_next(site);
         let calls = self.search.graph.nodes.iter().filter_map(|node| match &node.effect {
             Effect::Call(site) => Some(&**site),
             _ => None,
@@ -334,7 +334,7 @@ impl Run<'_, '_> {
             };
             if outcomes.is_empty() {
                 // What a law does to a type parameter is told of none of its types.
-                let ahead = if self.search.summaries.steps(site) { UNTOLD } else { base };
+                let ahead = if self.search.summaries.gives_next(site) { UNTOLD } else { base };
                 let versions = self.with_version(state.versions, result, ahead);
                 add(State { versions, ..state.clone() }, heads);
             }

@@ -193,7 +193,7 @@ impl<'a> Builder<'a> {
 
     /// A law runs that gives back the next state.
     fn law_advances(&mut self, id: ExprId, law: &Law<'_>, exprs: &[ExprId], values: &[Value], result: Var) {
-        self.graph.steps = true;
+        self.graph.gives_next = true;
         let Some((at, part)) = self.hands(id, Some(law), exprs) else { return };
         let Some(before) = values[at].place.clone() else { return };
         let key = |number: &u32| {
