@@ -1,6 +1,6 @@
 //! The exit code: 0 nothing at `deny`, 100 findings at `deny`, 101 something could not be read, 2 wrong usage.
 
-use crate::support::program::run;
+use crate::support::program::{program, run, run_command};
 use crate::support::workspace::{GUILTY, committed, temporary_package};
 
 const SKIPPING: &str = "\
@@ -22,6 +22,20 @@ pub fn run(mut busy: impl FnMut() -> bool) {
 fn check(name: &str, source: &str, args: &[&str], code: i32) {
     let directory = temporary_package(name, &[("src/lib.rs", source.as_bytes())]);
     run(&directory, args).assert_no_panic().assert_code(code);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn result_that_cannot_be_written_is_101() {
+    use std::process::Command;
+
+    let directory = temporary_package("exit_cut_off", &[("src/lib.rs", SKIPPING.as_bytes())]);
+    for args in [&["--message-format", "sarif"][..], &["report"], &["rules"]] {
+        // The shell gives the program a device without any room.
+        let command = format!("'{}' ceid-lint {} > /dev/full", program().display(), args.join(" "));
+        let run = run_command(Command::new("sh").args(["-c", &command]).current_dir(&directory));
+        run.assert_no_panic().assert_code(101).assert_stderr("cannot write to stdout");
+    }
 }
 
 #[test]

@@ -80,6 +80,11 @@ fn methods_that_give_their_filter_back() {
 }
 
 #[test]
+fn states_that_helpers_and_exchanges_give_back() {
+    check_with("configured_helpers", "expected.txt", &["-W", "unproved_update"]);
+}
+
+#[test]
 fn laws_by_traits_that_make_no_filters() {
     check_with("configured_dispatch", "expected.txt", &["-W", "unproved_update"]);
     let directory = workspace::committed("configured_dispatch");

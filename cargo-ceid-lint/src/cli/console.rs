@@ -2,6 +2,7 @@
 
 use std::env;
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 
 use super::args::{ColorChoice, Talk};
 use super::progress::Look;
@@ -79,12 +80,16 @@ impl Console {
 
     /// A result, word for word.
     pub(super) fn print(self, text: &str) {
-        write(io::stdout().lock(), text);
+        if let Err(error) = write(io::stdout().lock(), text)
+            && error.kind() != io::ErrorKind::BrokenPipe
+        {
+            let _ = CUT_OFF.set(error.to_string());
+        }
     }
 
     /// A finding for people, word for word.
     pub(super) fn show(self, text: &str) {
-        write(io::stderr().lock(), text);
+        let _ = write(io::stderr().lock(), text);
     }
 
     /// What the user need not know, and may want to.
@@ -120,9 +125,19 @@ impl Console {
     }
 }
 
-/// A closed pipe is the reader's decision, and no fault of the run.
-fn write(mut stream: impl Write, text: &str) {
-    let _ = stream.write_all(text.as_bytes()).and_then(|()| stream.flush());
+fn write(mut stream: impl Write, text: &str) -> io::Result<()> {
+    stream.write_all(text.as_bytes()).and_then(|()| stream.flush())
+}
+
+/// Why a result could not be written in full. A closed pipe is the reader's decision, and no fault of the run.
+static CUT_OFF: OnceLock<String> = OnceLock::new();
+
+/// Tells that a result could not be written, and answers whether that is so.
+pub(super) fn tell_cut_off() -> bool {
+    let Some(error) = CUT_OFF.get() else { return false };
+    let help = "make room where it is written, and run it again: what is there is not the whole result";
+    Console::new(&Talk::default()).error(&format!("cannot write to stdout: {error}"), Some(help));
+    true
 }
 
 /// Whether the terminal has links. As cargo has it, those of iTerm2 do not work.

@@ -39,7 +39,8 @@ use exit::ExitStatus;
 /// Never panics: a bug ends in a message that asks to report it.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args: Vec<OsString> = without_subcommand_name(args);
-    bug::caught(|| run_caught(args)).into()
+    let status = bug::caught(|| run_caught(args));
+    if console::tell_cut_off() { ExitStatus::Incomplete } else { status }.into()
 }
 
 /// cargo calls `cargo-ceid-lint ceid-lint ARGS`.
