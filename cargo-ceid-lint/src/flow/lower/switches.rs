@@ -5,9 +5,9 @@ use rustc_hash::FxHashSet;
 use super::reading::is_pure_function;
 use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{NodeId, Place};
-use crate::index::{FunctionId, Shape, Ty};
+use crate::index::{FunctionId, Owner, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
-use crate::types::{Callee, LocalId, Resolved, TypedBody};
+use crate::types::{Callee, Resolved, TypedBody};
 
 /// How many expressions a function may have to be read where it is called.
 const MAX_EXPRESSIONS: usize = 96;
@@ -211,14 +211,18 @@ impl Builder<'_> {
     /// by its callers. One that `answers` is called by a function that gives a truth value.
     fn switches_state(&self, resolved: &Resolved, answers: bool, depth: u32) -> bool {
         let [target] = resolved.targets.as_slice() else { return false };
-        let def = self.program.index.function(*target);
+        let index = self.program.index;
+        let def = index.function(*target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
+        // What is called by its bounds may be the law of a type that has it by a trait which makes no filters.
+        if let Owner::Impl(of) = def.owner
+            && index.law_run_by(&index.impl_def(of).self_ty, *target).is_some()
+        {
+            return false;
+        }
         // A divider or timer of the code's own answers whether it is time.
         let is_truth = *typed.ty(body.root).peel() == Ty::Bool;
-        // The law of what is known by its bounds is found where the function is called for one type.
-        let is_open = |local: &LocalId| matches!(typed.local(*local).ty.peel(), Ty::Param(_) | Ty::Opaque(_));
-        let is_bound = || body.params.iter().filter_map(|pat| typed.pat_local.get(pat)).any(is_open);
-        let answers = answers || is_truth || self.is_answer(typed.ty(body.root)) && !is_bound();
+        let answers = answers || is_truth || self.is_answer(typed.ty(body.root));
         if body.exprs.len() > if is_truth { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target) {
             return false;
         }
