@@ -188,12 +188,6 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     for end in ends.iter_mut().filter(|end| end.state.attempted) {
         end.state.count = end.state.count.then(Count::One);
     }
-    // What runs a filter in behind its reset belongs to that.
-    let is_repeating = ends.iter().any(|end| end.state.count == Count::Many);
-    let is_run_in = is_repeating && is_run_in(search, region, &exploration);
-    for end in ends.iter_mut().filter(|end| is_run_in && end.state.count == Count::Many) {
-        end.state.count = Count::One;
-    }
     let is_there = |end: &&End| end.state.count != Count::Zero || !is_of_nothing(search, &exploration, end);
     let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).filter(is_there).collect();
     let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
@@ -231,6 +225,10 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         // Phases one after another, each with a loop that is its cycle: there is no cycle of both.
         if own_cycles::are_called(search, region) {
             return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
+        }
+        if is_run_in(search, region, &exploration) {
+            let cause = Cause::Limit("a loop runs it in behind its reset, and may belong to that".to_owned());
+            return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
         }
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
         let (apart, existing): (Vec<&End>, Vec<&End>) =
@@ -291,7 +289,6 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let verdict = match (resets, direct) {
             _ if has_samples => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,
-            _ if is_run_in => Verdict::OnceOrReset,
             (false, true) => Verdict::Once,
             (false, false) if updates.count() > 0 => Verdict::Guarded,
             (false, false) => Verdict::Once,

@@ -1,8 +1,8 @@
-//! Loops that run a filter in behind its reset: `if lost { f.reset(); for _ in 0..256 { f.update(x); } }`. They belong to the reset,
-//! which leaves a state that is fit for use.
+//! Loops that run a filter in behind its reset: `if lost { f.reset(); for _ in 0..256 { f.update(x); } }`. Whether they
+//! belong to the reset, which leaves a state that is fit for use, only a person knows.
 
 use super::counts::Count;
-use super::search::{Exploration, Region, Search};
+use super::search::{EndKind, Exploration, Region, Search};
 use crate::flow::{Effect, LoopId, NodeId, Rounds};
 
 /// Whether all that an iteration updates more than once is such a loop: each way to it resets the filter and has not updated it, and
@@ -25,7 +25,7 @@ pub(super) fn is_run_in(search: &Search<'_>, region: Region, exploration: &Explo
         updating.into_iter().partition(|node| graph.node(*node).in_loop == own);
     let Some(id) = within.first().and_then(|node| graph.node(*node).in_loop) else { return false };
     let is_counted = matches!(graph.loop_info(id).rounds, Rounds::Constant(rounds) if rounds > 1);
-    if !is_counted || within.iter().any(|node| graph.node(*node).in_loop != Some(id)) {
+    if !is_counted || search.binds(id) || within.iter().any(|node| graph.node(*node).in_loop != Some(id)) {
         return false;
     }
     let is_last = |node: NodeId| {
@@ -33,7 +33,8 @@ pub(super) fn is_run_in(search: &Search<'_>, region: Region, exploration: &Explo
         besides.iter().all(|other| *other == node || !reached[other.0 as usize])
     };
     // What begins anew in each iteration gets all its updates there.
-    let is_rare = exploration.ends.iter().any(|end| !end.state.reset);
+    let mut completing = exploration.ends.iter().filter(|end| end.kind == EndKind::Completes);
+    let is_rare = completing.any(|end| !end.state.reset);
     is_rare && enters_behind_reset(search, exploration, id) && besides.iter().all(|node| is_last(*node))
 }
 
