@@ -94,6 +94,12 @@ pub struct ControlFlowGraph {
     pub kept: Vec<(Place, Cause)>,
     /// Handles that are duplicated.
     pub duplicated: Duplicated,
+    /// The variables with cells to which references were made, so that others may write what these hold.
+    pub lent_cells: std::collections::BTreeSet<Var>,
+    /// The variables with a handle to a cell that was made for them: `let mode = Rc::new(Cell::new(Mode::Off));`
+    pub own_cells: std::collections::BTreeSet<Var>,
+    /// The places of cells that were read as states.
+    pub read_cells: std::collections::BTreeSet<Place>,
     /// Filters, and owners of filters, that are cloned somewhere.
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
