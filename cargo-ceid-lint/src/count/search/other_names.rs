@@ -38,8 +38,8 @@ impl OnWay {
     /// The cell on the way to a place, if there is one.
     fn to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Self> {
         let prefix = |length: usize| Place { base: place.base, steps: place.steps[..length].to_vec() };
-        let is_own = place.base_var().is_some_and(|var| graph.own_cells.contains(&var));
-        let mut is_shared = place.base_var().is_none_or(|var| graph.lent_cells.contains(&var));
+        let is_own = place.base_var().is_some_and(|var| graph.cells.own.contains(&var));
+        let mut is_shared = place.base_var().is_none_or(|var| graph.cells.lent.contains(&var));
         for length in 0..=place.steps.len() {
             let ty = declared_ty(index, graph, &prefix(length))?;
             let mut at = &ty;

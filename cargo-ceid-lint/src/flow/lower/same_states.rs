@@ -192,7 +192,7 @@ pub(super) fn times_given(graph: &ControlFlowGraph) -> FxHashMap<Var, usize> {
 fn changes(graph: &ControlFlowGraph, id: NodeId, since: NodeId, places: &[Place]) -> bool {
     let is_it = |place: &Place| places.iter().any(|held| place.overlaps(held));
     // What a cell holds is written by whoever has a reference to it, under whatever name.
-    let is_in_cell = || graph.read_cells.iter().any(is_it);
+    let is_in_cell = || graph.cells.read.iter().any(is_it);
     match &graph.node(id).effect {
         Effect::Call(_) | Effect::Unknown { .. } if is_in_cell() => true,
         Effect::Write(write) if !write.rebinds && is_in_cell() => true,

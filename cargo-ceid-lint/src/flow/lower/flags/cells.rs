@@ -23,7 +23,7 @@ impl Builder<'_> {
     /// Notes that others may have a reference to what lies in a variable.
     pub(in crate::flow::lower) fn note_lent_cell(&mut self, id: ExprId, value: &Value) {
         let var = value.place.as_ref().and_then(Place::base_var);
-        self.graph.lent_cells.extend(var.filter(|_| self.holds_cell(self.ty(id), 0)));
+        self.graph.cells.lent.extend(var.filter(|_| self.holds_cell(self.ty(id), 0)));
     }
 
     /// Notes that a variable gets a handle to a cell that is made for it.
@@ -33,7 +33,7 @@ impl Builder<'_> {
             && matches!(path.last(), "new" | "default" | "from" | "new_cyclic")
             && leads_to_cell(self.ty(init))
         {
-            self.graph.own_cells.insert(*var);
+            self.graph.cells.own.insert(*var);
         }
     }
 
@@ -83,7 +83,7 @@ impl Builder<'_> {
                     _ => false,
                 };
                 let place = if reads { self.static_place(*receiver) } else { None };
-                self.graph.read_cells.extend(place.clone());
+                self.graph.cells.read.extend(place.clone());
                 place
             }
             ExprKind::Deref(inner) if self.is_state(self.ty(id)) || *self.ty(id) == Ty::Int => {
@@ -101,7 +101,7 @@ impl Builder<'_> {
             && self.ty(*receiver).peel().external_name() == Some("RefCell")
             && !self.may_hold_filter(self.ty(*receiver));
         let place = if borrows { self.static_place(*receiver) } else { None };
-        self.graph.read_cells.extend(place.clone());
+        self.graph.cells.read.extend(place.clone());
         place
     }
 
