@@ -70,17 +70,6 @@ impl std::ops::Deref for Roots<'_> {
     }
 }
 
-/// Whether a variable has a value of its own before it is given another one in a loop: `(a, b) = (b, a)`.
-fn is_given_another(graph: &ControlFlowGraph, set: &Assignment, at: Option<LoopId>) -> bool {
-    let Some(info) = set.place.base_var().map(|var| graph.var(var)) else { return false };
-    set.transfer == Transfer::Move
-        && set.place.steps.is_empty()
-        && !info.name.is_empty()
-        && !matches!(info.ty, Ty::Ref(..))
-        && info.in_loop != at
-        && info.in_loop.is_none_or(|declared| graph.is_within(at, declared))
-}
-
 /// Whether steps may lead to the same part: an element that stands for each may be any.
 pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
     steps.iter().zip(place).all(|(left, right)| {
@@ -126,7 +115,7 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(_) if is_given_another(graph, set, node.in_loop) => {
+                        Some(_) if moves::is_given_another(graph, set, node.in_loop) => {
                             aliases.owning.insert(var);
                         }
                         _ => {}
@@ -455,6 +444,10 @@ impl Aliases {
                 if steps.len() > place.steps.len() {
                     let inner = [part.as_slice(), &steps[place.steps.len()..]].concat();
                     found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
+                    // What is put in a part may be made of parts itself: `(Port { chip: self }, Port { chip: self })`.
+                    if source.steps.is_empty() {
+                        open.push((inner, source.clone(), links + 1));
+                    }
                 } else {
                     open.push((part.clone(), source.join(&place.steps[steps.len()..]), links + 1));
                 }
@@ -463,6 +456,11 @@ impl Aliases {
         found.sort();
         found.dedup();
         found
+    }
+
+    /// What the variables, or parts of them, were given: the steps into each, and the place.
+    pub(super) fn given(&self) -> impl Iterator<Item = &[(Vec<Projection>, Place)]> {
+        self.sources.values().map(Vec::as_slice)
     }
 
     /// `asked` is how many steps the place has of which the names are asked for.

@@ -6,7 +6,7 @@ use super::chosen_returns::Borrow;
 use super::given::is_put_in_place;
 use super::instances::leaves_and_payloads;
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, Effect, Place, Relation, Transfer};
+use crate::flow::{Assignment, ControlFlowGraph, Effect, LoopId, Place, Relation, Transfer};
 use crate::index::{Index, Ty};
 
 /// How many places a value is followed through, and how many steps each of these may have.
@@ -77,4 +77,15 @@ pub(super) fn given_back(index: &Index, graph: &ControlFlowGraph, summaries: &Su
         }
     }
     found
+}
+
+/// Whether a variable has a value of its own before it is given another one in a loop: `(a, b) = (b, a)`.
+pub(super) fn is_given_another(graph: &ControlFlowGraph, set: &Assignment, at: Option<LoopId>) -> bool {
+    let Some(info) = set.place.base_var().map(|var| graph.var(var)) else { return false };
+    set.transfer == Transfer::Move
+        && set.place.steps.is_empty()
+        && !info.name.is_empty()
+        && !matches!(info.ty, Ty::Ref(..))
+        && info.in_loop != at
+        && info.in_loop.is_none_or(|declared| graph.is_within(at, declared))
 }

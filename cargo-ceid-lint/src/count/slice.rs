@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
 use super::search::ByOtherNames;
-use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId};
+use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId};
 
 /// Which nodes each branch decides over, and what else all searches of a graph ask of it.
 #[derive(Debug)]
@@ -33,6 +33,10 @@ pub(super) struct ControlDependence {
     before_loop: RefCell<FxHashMap<(LoopId, SubjectId), u32>>,
     /// The nodes that may change what a subject reads by a name that is not known for one of the same cell.
     by_other_names: OnceCell<ByOtherNames>,
+    /// The subjects that read something of a base.
+    readers: OnceCell<FxHashMap<Base, Vec<SubjectId>>>,
+    /// The subjects of which a node may change what they read, as far as it was asked.
+    changed_at: RefCell<FxHashMap<NodeId, Arc<Vec<SubjectId>>>>,
 }
 
 /// What was found for a key, or is found now.
@@ -100,6 +104,8 @@ impl ControlDependence {
             writing: RefCell::default(),
             before_loop: RefCell::default(),
             by_other_names: OnceCell::new(),
+            readers: OnceCell::new(),
+            changed_at: RefCell::default(),
         }
     }
 
@@ -126,6 +132,19 @@ impl ControlDependence {
     /// The nodes that may change what subjects read by names that are not known for those of the same cells.
     pub(super) fn by_other_names(&self, find: impl FnOnce() -> ByOtherNames) -> &ByOtherNames {
         self.by_other_names.get_or_init(find)
+    }
+
+    /// The subjects that read something of a base.
+    pub(super) fn readers(
+        &self,
+        find: impl FnOnce() -> FxHashMap<Base, Vec<SubjectId>>,
+    ) -> &FxHashMap<Base, Vec<SubjectId>> {
+        self.readers.get_or_init(find)
+    }
+
+    /// The subjects of which a node may change what they read.
+    pub(super) fn changed_at(&self, node: NodeId, find: impl FnOnce() -> Vec<SubjectId>) -> Arc<Vec<SubjectId>> {
+        found_once(&self.changed_at, node, || Arc::new(find()))
     }
 
     /// The heads that a subject can have where a loop begins.

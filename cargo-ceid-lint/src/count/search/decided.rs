@@ -1,12 +1,14 @@
 //! Where a way is decided: behind which branch no update can follow any more, by all that the way has found by then.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::Search;
 use super::run::Run;
 use crate::count::counts::Count;
-use crate::flow::{Effect, NodeId, Place, SubjectId};
+use crate::flow::{Base, Effect, NodeId, Place, SubjectId};
 
 /// How often it is looked ahead; beyond that, ways stay decided where nothing but the graph decides them.
 const MAX_LOOKS: usize = 64;
@@ -30,8 +32,13 @@ impl Run<'_, '_> {
             let nodes: Vec<NodeId> =
                 self.exploration.path(end.at).iter().map(|at| self.exploration.states[*at].node).collect();
             let Some(last) = nodes.iter().rposition(|node| *node == skipped_at) else { continue };
-            let mut asked_on = self.asked_on(&nodes[..=last]);
-            while let Some(asked) = asked_on.pop() {
+            let nodes = &nodes[..=last];
+            let is_branch = |at: &usize| matches!(self.search.graph.node(nodes[*at]).effect, Effect::Branch(_));
+            if !is_branch(&last) {
+                continue;
+            }
+            for at in (0..=last).rev().filter(is_branch) {
+                let asked = (nodes[at], self.answers_before(nodes, at));
                 if looks.len() >= MAX_LOOKS && !looks.contains_key(&asked) {
                     break;
                 }
@@ -39,7 +46,7 @@ impl Run<'_, '_> {
                 if *looks.entry(asked).or_insert_with_key(|(node, answers)| self.can_update_from(*node, answers)) {
                     // Where the same is asked again, the last one is about the update: among the arms of one `match`, and in
                     // `if fault { warn(); } … if !fault { f.update(); }`, and so in `if !on && cold { on = true; } … if on { … }`.
-                    let mut earlier = asked_on.iter().map(|(earlier, _)| *earlier).chain([node]);
+                    let mut earlier = (0..=at).filter(is_branch).map(|at| nodes[at]);
                     if !earlier.any(|earlier| self.ask_alike(earlier, skipped_at)) {
                         self.exploration.ends[number].state.skipped_at = Some(node);
                     }
@@ -61,17 +68,17 @@ impl Run<'_, '_> {
             || matched(&first.text).is_some_and(|text| matched(&second.text) == Some(text))
     }
 
-    /// The branches on a way, each with what was found before it; none if the last node is no branch.
-    fn asked_on(&self, nodes: &[NodeId]) -> Vec<(NodeId, Answers)> {
+    /// What the branches on a way have found where it comes to one of its nodes.
+    fn answers_before(&self, nodes: &[NodeId], end: usize) -> Answers {
         let graph = self.search.graph;
         let mut answers = Answers::new();
-        let mut asked = Vec::new();
-        for (at, node) in nodes.iter().enumerate() {
+        for (at, node) in nodes[..end].iter().enumerate() {
             let Effect::Branch(test) = &graph.node(*node).effect else {
-                answers.retain(|subject, _| !self.may_change(*subject, &[*node]));
+                for subject in self.search.may_change_at(*node).iter() {
+                    answers.remove(subject);
+                }
                 continue;
             };
-            asked.push((*node, answers.clone()));
             let edges = &graph.node(*node).next;
             if let (Some(subject), Some(next)) = (test.subject, nodes.get(at + 1))
                 && edges.iter().filter(|edge| *edge == next).count() == 1
@@ -80,8 +87,7 @@ impl Run<'_, '_> {
                 *answers.entry(subject).or_insert(u32::MAX) &= heads;
             }
         }
-        let is_last = asked.last().map(|(node, _)| node) == nodes.last();
-        if is_last { asked } else { Vec::new() }
+        answers
     }
 
     /// Whether an update may follow a branch in the iteration, by what was found before it.
@@ -90,7 +96,9 @@ impl Run<'_, '_> {
         let behind = |reached: Vec<bool>| search.graph.node_ids().filter(move |id| reached[id.0 as usize]);
         let all: Vec<NodeId> = behind(search.reached_from(self.region, node, |_, _| true)).collect();
         // What may change on the way is not known there any more.
-        let is_kept = |subject: &SubjectId| !self.may_change(*subject, &all);
+        let changed: FxHashSet<SubjectId> =
+            all.iter().flat_map(|node| search.may_change_at(*node).iter().copied().collect::<Vec<_>>()).collect();
+        let is_kept = |subject: &SubjectId| !changed.contains(subject);
         let known: Answers =
             answers.iter().filter(|(subject, _)| is_kept(subject)).map(|(id, own)| (*id, *own)).collect();
         let follows = |node: NodeId, edge: usize| {
@@ -101,22 +109,43 @@ impl Run<'_, '_> {
         let updating = search.updating();
         behind(search.reached_from(self.region, node, follows)).any(|node| updating.contains(&node))
     }
+}
 
-    /// Whether one of these nodes may change what a subject reads.
-    fn may_change(&self, subject: SubjectId, nodes: &[NodeId]) -> bool {
-        let search = self.search;
-        let read = search.read_by(subject);
-        let changes = |place: &Place| {
-            read.is_changed_with(place)
-                || search.aliases.shared_roots(place).iter().any(|root| read.is_changed_with(root))
-        };
-        nodes.iter().any(|node| match &search.graph.node(*node).effect {
-            Effect::Set(set) | Effect::Write(set) => changes(&set.place),
-            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(changes),
-            Effect::Unknown { places, .. } => places.iter().any(changes),
-            Effect::Update(update) => changes(&update.place),
-            Effect::Reset { place, .. } => changes(place),
-            _ => false,
+impl Search<'_> {
+    /// The subjects of which a node may change what they read.
+    fn may_change_at(&self, node: NodeId) -> Arc<Vec<SubjectId>> {
+        self.dependence.changed_at(node, || {
+            let graph = self.graph;
+            let places: Vec<&Place> = match &graph.node(node).effect {
+                Effect::Set(set) | Effect::Write(set) => vec![&set.place],
+                Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).collect(),
+                Effect::Unknown { places, .. } => places.iter().collect(),
+                Effect::Update(update) => vec![&update.place],
+                Effect::Reset { place, .. } => vec![place],
+                _ => Vec::new(),
+            };
+            let readers = self.dependence.readers(|| self.find_readers());
+            let mut found = BTreeSet::new();
+            for place in places {
+                let roots = self.aliases.shared_roots(place);
+                for changed in roots.iter().chain([place]) {
+                    let near = readers.get(&changed.base).into_iter().flatten();
+                    found.extend(near.filter(|subject| self.read_by(**subject).is_changed_with(changed)));
+                }
+            }
+            found.into_iter().collect()
         })
+    }
+
+    /// The subjects that read something of each base.
+    fn find_readers(&self) -> FxHashMap<Base, Vec<SubjectId>> {
+        let mut readers: FxHashMap<Base, Vec<SubjectId>> = FxHashMap::default();
+        for id in (0u32..).map(SubjectId).take(self.graph.subjects.len()) {
+            let bases: BTreeSet<Base> = self.read_by(id).places().map(|place| place.base).collect();
+            for base in bases {
+                readers.entry(base).or_default().push(id);
+            }
+        }
+        readers
     }
 }

@@ -12,6 +12,7 @@ mod exploration;
 mod homes;
 mod interner;
 mod known;
+mod led_to;
 mod live;
 mod modes;
 mod names;

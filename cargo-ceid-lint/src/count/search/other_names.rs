@@ -7,7 +7,7 @@ use super::run::Run;
 use super::{End, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::declared::declared_ty;
-use crate::count::instances::place_ty;
+use crate::count::instances::{may_hold_filter, place_ty};
 use crate::flow::{Base, Cause, ControlFlowGraph, Effect, NodeId, Place, Projection, SubjectId, Var};
 use crate::index::{Index, Ty, TypeId, ValueId};
 
@@ -66,6 +66,10 @@ impl OnWay {
                                 _ => Home::Anywhere,
                             };
                             let rest = place.steps[length..].to_vec();
+                            // Of a filter it is only asked whether it is there.
+                            if rest.is_empty() && may_hold_filter(index, content) {
+                                return None;
+                            }
                             return Some(Self { content: content.clone(), rest, home, is_shared });
                         }
                         (Some("Rc" | "Arc" | "Weak"), Some(inner)) => {

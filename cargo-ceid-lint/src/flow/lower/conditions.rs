@@ -103,6 +103,16 @@ impl Builder<'_> {
                     self.condition(tail, no);
                 }
             }
+            // `ready() && { f.update(x); true }`
+            ExprKind::Block(block)
+                if block.label.is_none()
+                    && let Some(answer) = self.constant_tail(block) =>
+            {
+                self.expr(id);
+                if !answer {
+                    self.jump(no);
+                }
+            }
             ExprKind::Literal(Literal::Bool(value)) => {
                 if !value {
                     self.jump(no);

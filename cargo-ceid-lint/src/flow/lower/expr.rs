@@ -135,6 +135,13 @@ impl Builder<'_> {
             ExprKind::Array { elements, .. } => self.array_value(id, elements),
             ExprKind::Repeat { value, len, .. } => {
                 let repeated = self.expr(*value);
+                // `[&bus; 2]`
+                if matches!(self.ty(*value), Ty::Ref(..)) && self.may_hold_filter(self.ty(*value)) {
+                    let all = Place::var(self.temporary(self.ty(id).clone(), self.span(id)));
+                    self.place_part(all.element(IndexKey::Each), &repeated, *value);
+                    self.expr(*len);
+                    return Value { place: Some(all), is_owned: true, ..Value::default() };
+                }
                 if self.keep_clones(&repeated, *value).is_none() {
                     self.keep(&repeated, *value);
                 }

@@ -30,6 +30,16 @@ impl Builder<'_> {
     pub(super) fn rounds_of_while(&mut self, label: Option<&String>, condition: ExprId, body: ExprId) -> WhileRounds {
         let tree = self.body();
         let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return WhileRounds::unbounded() };
+        if *op == "&&" {
+            // What else is asked can only end it earlier.
+            let mut parts = [*lhs, *rhs].into_iter().map(|part| self.rounds_of_while(label, part, body));
+            let counts = parts.find(|found| found.rounds != Rounds::Unbounded);
+            return counts.map_or_else(WhileRounds::unbounded, |found| WhileRounds {
+                rounds: Rounds::Bounded,
+                limits: vec![Limit::Unknown],
+                ..found
+            });
+        }
         // What is compared, with what, and whether it is to be the less of the two.
         let sides = match *op {
             "<" | "<=" => [(*lhs, *rhs, Some(true)), (*rhs, *lhs, Some(false))],

@@ -165,6 +165,10 @@ impl Builder<'_> {
         let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
         let info = &mut self.graph.loops[this_loop.0 as usize];
         info.bound.extend(counter.map(|(var, _)| var));
+        // Where something else is asked as well, the rounds may end earlier than they are counted.
+        let counter =
+            counter.filter(|_| !matches!(self.body().expr(condition).kind, ExprKind::Binary { op: "&&", .. }));
+        let info = &mut self.graph.loops[this_loop.0 as usize];
         (info.counter, info.limits, info.counts_down) = (counter, limits, counts_down);
         (info.in_order, info.drains) = (in_order, drains);
         let after = self.add_node(Effect::Nothing, self.span(id));

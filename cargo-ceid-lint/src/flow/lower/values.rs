@@ -4,7 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Head, NodeId, Place, Transfer, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, PatKind, Receiver, Stmt, StmtKind};
+use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, Literal, PatKind, Receiver, Stmt, StmtKind};
 use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
@@ -170,6 +170,14 @@ impl Builder<'_> {
             }
         }
         self.settle_made(first, stmt.span);
+    }
+
+    /// The truth value that a block ends with, if that is written there.
+    pub(super) fn constant_tail(&self, block: &Block) -> Option<bool> {
+        match self.body().expr(block.tail?).kind {
+            ExprKind::Literal(Literal::Bool(answer)) => Some(answer),
+            _ => None,
+        }
     }
 
     /// An expression whose value goes into variables.

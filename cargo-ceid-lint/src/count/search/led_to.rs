@@ -1,0 +1,34 @@
+//! Collections whose elements are references: several of them may lead to one filter.
+
+use super::Search;
+use crate::flow::{Effect, IndexKey, NodeId, Place, Projection};
+
+impl Search<'_> {
+    /// Whether something updates the instance through each of the elements of a collection that does not hold it, several of which may
+    /// lead to it: `for port in [&bus, &bus] { port.borrow_mut().update(); }`
+    pub(in crate::count) fn is_led_to_by_elements(&self) -> bool {
+        let is_some = |key: &IndexKey| !matches!(key, IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Literal(_));
+        let is_each = |node: NodeId, place: &Place| {
+            let is_item = || self.graph.loops_around(node).any(|id| !self.graph.loop_info(id).items.is_empty());
+            place.base != self.instance.base
+                && (place.steps.iter().filter_map(Projection::key).any(is_some) || is_item())
+                && self.may_be(place, true)
+        };
+        let is_through_each = self.updating().into_iter().any(|node| match &self.graph.node(node).effect {
+            Effect::Update(update) => is_each(node, &update.place),
+            Effect::Call(site) => self.summaries.updates(site).any(|place| is_each(node, &place)),
+            _ => false,
+        });
+        is_through_each && self.has_several_elements()
+    }
+
+    /// Whether several elements of a collection, or each of them, are names of the instance.
+    fn has_several_elements(&self) -> bool {
+        self.aliases.given().any(|given| {
+            let of_instance = given.iter().filter(|(_, from)| self.may_be(from, false));
+            let keys: Vec<&IndexKey> =
+                of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
+            keys.len() > 1 || keys.contains(&&IndexKey::Each)
+        })
+    }
+}
