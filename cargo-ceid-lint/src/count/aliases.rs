@@ -276,7 +276,8 @@ impl Aliases {
         let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
         let has_own = !self.unnamed.contains(&var) || is_part;
         let is_shared = from.steps.is_empty() && from.base_var().is_some_and(|var| self.handles.contains(&var));
-        if transfer == Transfer::Copy || (is_moved && has_own && !is_shared && !self.keeps_moved(graph, from, at)) {
+        let is_copied = transfer == Transfer::Copy && !is_reference;
+        if is_copied || (is_moved && has_own && !is_shared && !self.keeps_moved(graph, from, at)) {
             if steps.is_empty() {
                 self.owning.insert(var);
             }

@@ -24,7 +24,7 @@ use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
-use super::{missed, samples};
+use super::{missed, samples, unknown_references};
 use crate::config::Multiplicity;
 use crate::flow::{
     Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
@@ -325,6 +325,7 @@ impl Context<'_> {
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
+        unknown_references::settle(self, facts, &mut pairs);
         super::guards::add(self, facts, &mut pairs, analysis);
         super::remarks::add(self, facts, &mut pairs, analysis);
         super::parts::leave_to_whole(&mut pairs);

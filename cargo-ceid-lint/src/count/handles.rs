@@ -478,7 +478,7 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
 
 impl Pair {
     /// The same, where it is not known whether it is so.
-    fn in_doubt(&self, cause: &Cause) -> Self {
+    pub(super) fn in_doubt(&self, cause: &Cause) -> Self {
         Self {
             verdict: Verdict::Unproved,
             gate: None,

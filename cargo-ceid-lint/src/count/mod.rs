@@ -66,6 +66,7 @@ mod summary;
 mod taken_out;
 mod turns;
 mod uneven;
+mod unknown_references;
 mod uses;
 mod verdict;
 mod waits;

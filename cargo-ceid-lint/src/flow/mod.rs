@@ -8,6 +8,7 @@ mod cycle;
 mod duplicated;
 mod latches;
 mod lower;
+mod mark;
 mod place;
 mod program;
 mod steps;
@@ -29,6 +30,7 @@ pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_w
 pub use lower::{
     Told, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, stands_in_for_states, told,
 };
+pub use mark::Mark;
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::{Inferred, Program};
 use steps::parameter_names;
@@ -96,6 +98,8 @@ pub struct ControlFlowGraph {
     pub kept: Vec<(Place, Cause)>,
     /// Handles that are duplicated.
     pub duplicated: Duplicated,
+    /// Places with filters to which references were made.
+    pub lent_away: std::collections::BTreeSet<Place>,
     /// What is known of cells.
     pub cells: Cells,
     /// Filters, and owners of filters, that are cloned somewhere.
@@ -202,21 +206,6 @@ pub enum Effect {
     End,
     /// Nothing, but a step that a reader of a path wants to see.
     Mark(Mark),
-}
-
-/// A step that changes nothing but where control goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mark {
-    /// `continue`
-    Continue,
-    /// `break`
-    Break,
-    /// `return`
-    Return,
-    /// An arm of a `match`.
-    Arm,
-    /// A call of a closure that is written elsewhere.
-    ClosureCall,
 }
 
 /// A law that runs.

@@ -22,10 +22,15 @@ impl Search<'_> {
         is_through_each && self.has_several_elements()
     }
 
+    /// Whether a value is a name of the instance, or something in it is.
+    fn is_part_led_to(&self, from: &Place) -> bool {
+        self.aliases.parts(from).iter().any(|(_, root)| self.is_among(std::slice::from_ref(root), false))
+    }
+
     /// Whether several elements of a collection, or each of them, are names of the instance.
     fn has_several_elements(&self) -> bool {
         self.aliases.given().any(|given| {
-            let of_instance = given.iter().filter(|(_, from)| self.may_be(from, false));
+            let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
             let keys: Vec<&IndexKey> =
                 of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
             keys.len() > 1 || keys.contains(&&IndexKey::Each)

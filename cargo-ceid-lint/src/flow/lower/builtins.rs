@@ -143,6 +143,9 @@ impl Builder<'_> {
             | "assume_init_mut" | "leak" | "into_iter" | "each_mut" | "each_ref" | "par_iter_mut" | "par_iter"
                 if args.is_empty() =>
             {
+                if method.ends_with("_mut") {
+                    self.note_lent_away(receiver, value);
+                }
                 let keeps_head =
                     !matches!(method, "lock" | "try_lock" | "write" | "read" | "iter" | "iter_mut" | "into_iter");
                 let same_as = value.same_as.filter(|_| keeps_head);

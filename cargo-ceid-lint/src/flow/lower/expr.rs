@@ -79,6 +79,7 @@ impl Builder<'_> {
                 let value = self.expr(inner);
                 self.drop_unnamed(inner, &value);
                 self.note_lent_cell(inner, &value);
+                self.note_lent_away(inner, &value);
                 if *mutable && !self.frames[self.frame].passed.contains(&id) {
                     self.note_lent(inner);
                 }
@@ -395,6 +396,13 @@ impl Builder<'_> {
             self.keep(value, code.body);
         }
         self.frame = outer;
+    }
+
+    /// Notes that a reference to a place with filters was made.
+    pub(super) fn note_lent_away(&mut self, id: ExprId, value: &Value) {
+        if let Some(place) = value.place.as_ref().filter(|_| self.at.is_some() && self.may_hold_filter(self.ty(id))) {
+            self.graph.lent_away.insert(place.clone());
+        }
     }
 
     /// A part of a new value.

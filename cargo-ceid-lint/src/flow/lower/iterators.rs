@@ -645,6 +645,7 @@ impl Builder<'_> {
             _ => State::None,
         };
         let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") || picks_one(method);
+        self.graph.lent_away.extend(source.over.clone().filter(|_| gathers));
         if method == "partition" && source.keeps_items() {
             // Which of the two collections has an element is not known.
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
