@@ -55,6 +55,7 @@ mod panics;
 mod parts;
 mod passed_over;
 mod patterns;
+mod payloads;
 mod places;
 mod presence;
 mod pure;
