@@ -169,7 +169,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
-                Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
+                Some(gate @ (Gate::Mode | Gate::Startup)) => self.gate_left(site, at, gate),
                 Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
                 Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
                 gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),

@@ -38,6 +38,7 @@ mod held;
 mod intervals;
 mod items;
 mod iterators;
+mod known;
 mod last;
 mod laws;
 mod lazy;
@@ -344,17 +345,10 @@ impl<'a> Builder<'a> {
         Span::new(span.file, span.end.saturating_sub(1), span.end)
     }
 
-    fn param_ty(&self, pat: PatId) -> Ty {
-        self.typed().pat_local.get(&pat).map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
-    }
-
-    fn param_name(&self, pat: PatId) -> String {
-        self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
-    }
-
     fn finish(mut self) -> ControlFlowGraph {
         self.graph.duplicated = super::Duplicated::of(self.program.index, self.body(), self.typed());
         self.settle_stored();
+        self.settle_known();
         self.settle_copies();
         self.settle_held();
         self.settle_tallies();
