@@ -88,10 +88,10 @@ impl Gates<'_, '_> {
             let mut sides = about.compared.iter().flatten();
             !about.compared.contains(&Some(kept.clone())) || !sides.any(is_moment)
         };
-        let has_moment = sources.places.iter().any(is_moment);
+        let has_moment = |kept: &Place| sources.places.iter().any(|place| !place.overlaps(kept) && is_moment(place));
         let is_kept = |place: &&Place| {
             let mut given = self.assigning(place).peekable();
-            let begins = |id: NodeId| is_from_moment(id) || has_moment && self.adds_period(id, place);
+            let begins = |id: NodeId| is_from_moment(id) || has_moment(place) && self.adds_period(id, place);
             self.is_number(place)
                 && self.outlives(place)
                 && given.peek().is_some()

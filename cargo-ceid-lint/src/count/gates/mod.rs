@@ -231,10 +231,14 @@ impl<'s, 'a> Gates<'s, 'a> {
         match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
             // A state that has a name is a start if it comes once.
             Some((origin, chosen_at, _)) if gate == Some(Gate::Mode) => {
-                let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup);
+                let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup)
+                    || self.is_told_warm_up((origin, chosen_at), at, way);
                 if is_start { Some(Gate::Startup) } else { gate }
             }
-            Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
+            Some(origin) => match self.of_origin(origin, at, way, origins).or(gate) {
+                Some(Gate::Mode) if self.is_told_warm_up((origin.0, origin.1), at, way) => Some(Gate::Startup),
+                gate => gate,
+            },
             None => gate
                 .or_else(|| self.of_carried(test, at, way))
                 .or_else(|| self.of_flag(test, at, way, origins))
