@@ -35,7 +35,7 @@ impl Gates<'_, '_> {
             let mut given = self.assigning(next).peekable();
             let is_moment = self.is_number(next) || self.is_optional_number(next);
             let goes_on = |id: NodeId| puts_off(id) || self.adds_period(id, next);
-            is_moment && self.outlives(next) && given.peek().is_some() && given.all(|id| goes_on(id))
+            is_moment && self.outlives(next) && given.peek().is_some() && given.all(goes_on)
         };
         // `self.next.is_some_and(|next| t < next)`
         let kept = |place: &Place| if self.outlives(place) { place.clone() } else { self.taken_from(place) };
