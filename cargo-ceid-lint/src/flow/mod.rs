@@ -118,8 +118,6 @@ pub struct ControlFlowGraph {
     pub emptied: Vec<(NodeId, Place)>,
     /// Functions whose bodies were read where they are called.
     pub read_here: std::collections::BTreeSet<FunctionId>,
-    /// Parameters of such functions that are a constant there: `self.enter(Mode::Run)`.
-    pub known_there: std::collections::BTreeMap<Var, Head>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
     /// Whether a law runs here that gives back the next state.

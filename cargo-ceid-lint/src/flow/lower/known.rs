@@ -17,13 +17,13 @@ impl Builder<'_> {
 
     /// Leaves of each choice that such a parameter decides the way that is taken, and says what is given on.
     pub(super) fn settle_known(&mut self) {
-        if self.graph.known_there.is_empty() {
+        if self.known.is_empty() {
             return;
         }
         let given = times_given(&self.graph);
         let lent: Vec<Var> = writable_loans(&self.graph).into_iter().filter_map(Place::base_var).collect();
         let is_kept = |var: &Var| given.get(var) == Some(&1) && !lent.contains(var);
-        let mut known = std::mem::take(&mut self.graph.known_there);
+        let mut known = std::mem::take(&mut self.known);
         known.retain(|var, _| is_kept(var));
         for at in self.graph.node_ids().collect::<Vec<_>>() {
             let from = self.graph.copied(at).filter(|from| from.steps.is_empty()).and_then(|from| from.base_var());

@@ -246,6 +246,8 @@ struct Builder<'a> {
     ends: FxHashMap<String, intervals::Ends>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
+    /// Parameters of functions read where they are called that are a constant there: `self.enter(Mode::Run)`.
+    known: FxHashMap<Var, Head>,
     handed_back: Option<handed_back::HandedBack>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
@@ -304,6 +306,7 @@ impl<'a> Builder<'a> {
             ends: FxHashMap::default(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
+            known: FxHashMap::default(),
             handed_back: None,
             targets: Vec::new(),
             target_value: None,

@@ -125,7 +125,7 @@ impl Builder<'_> {
                 && !self.frames[self.frame].mutated.contains(local)
             {
                 let var = self.var_of(*local);
-                self.graph.known_there.insert(var, head);
+                self.known.insert(var, head);
             }
         }
         read(self, body);
