@@ -87,6 +87,7 @@ fn workspaces_compile() {
         "two_crates",
         "macros_between_crates",
         "path_modules",
+        "configured_attempts",
         "configured_laws",
         "configured_instances",
         "configured_estimates",

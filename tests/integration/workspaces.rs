@@ -65,6 +65,11 @@ fn modules_by_path_and_by_feature() {
 }
 
 #[test]
+fn fallbacks_of_attempts_that_fail() {
+    check("configured_attempts");
+}
+
+#[test]
 fn alternatives_halves_attempts_and_resets() {
     check("configured_laws");
 }

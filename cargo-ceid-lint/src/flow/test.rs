@@ -97,6 +97,12 @@ impl Subject {
         }
     }
 
+    /// The bits of some heads.
+    #[must_use]
+    pub fn bits(&self, heads: &[Head]) -> u32 {
+        heads.iter().fold(0, |bits, head| bits | self.bit(head))
+    }
+
     /// The bit of a head.
     #[must_use]
     pub fn bit(&self, head: &str) -> u32 {

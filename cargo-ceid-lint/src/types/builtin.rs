@@ -409,7 +409,7 @@ fn optional_method(
         ])),
         "iter" | "iter_mut" => iterator(lent(inner.clone(), method)),
         "into_iter" => iterator(inner.clone()),
-        "is_some" | "is_none" | "is_ok" | "is_err" | "is_some_and" | "is_ok_and" | "is_none_or" => Ty::Bool,
+        _ if method.starts_with("is_") => Ty::Bool,
         _ => return None,
     })
 }

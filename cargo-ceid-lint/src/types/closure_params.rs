@@ -39,9 +39,14 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
         }
         ("Iterator" | "Range", _) => vec![inner],
         ("Option", "filter") => vec![Ty::Ref(false, Box::new(inner))],
-        ("Option" | "Poll", "map" | "and_then" | "map_or" | "map_or_else" | "is_some_and" | "inspect") => vec![inner],
+        (
+            "Option" | "Poll",
+            "map" | "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_none_or" | "inspect",
+        ) => {
+            vec![inner]
+        }
         ("Result" | "LockResult", "map" | "and_then" | "map_or" | "is_ok_and" | "inspect") => vec![inner],
-        ("Result", "map_err" | "or_else" | "unwrap_or_else" | "inspect_err") => vec![arg(params, 1)],
+        ("Result", "map_err" | "or_else" | "unwrap_or_else" | "inspect_err" | "is_err_and") => vec![arg(params, 1)],
         ("Vec" | "VecDeque", "retain" | "retain_mut" | "sort_by_key" | "drain_filter") => vec![reference(inner)],
         ("HashMap" | "BTreeMap", "retain") => vec![reference(inner), reference(arg(params, 1))],
         _ => Vec::new(),

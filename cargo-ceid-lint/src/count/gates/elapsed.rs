@@ -5,6 +5,7 @@ use super::sources::counts_shared;
 use super::time::is_clock;
 use crate::count::cycles::named;
 use crate::flow::{CallSite, ChangeKind, NodeId, Place, Test};
+use crate::index::Ty;
 
 /// What takes one number from another.
 const DIFFERENCES: &[&str] =
@@ -13,7 +14,7 @@ const DIFFERENCES: &[&str] =
 impl Gates<'_, '_> {
     /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
     /// that nothing else puts off.
-    pub(super) fn put_off<'t>(&self, test: &'t Test) -> Option<&'t Place> {
+    pub(super) fn put_off(&self, test: &Test) -> Option<Place> {
         let [Some(left), Some(right)] = &test.about.compared else { return None };
         let graph = self.search.graph;
         let is_next = |next: &Place, moment: &Place| {
@@ -23,18 +24,46 @@ impl Gates<'_, '_> {
                     let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
                     // The period may be a number: `t + 20`.
                     let has_period = places.iter().any(is_period) || graph.copied(id).is_none();
-                    change.kind == ChangeKind::Other
+                    let adds = |name: &String| name.ends_with("_add") || name == "Some";
+                    matches!(change.kind, ChangeKind::Other | ChangeKind::Fills)
                         && places.contains(&moment)
                         && places.iter().all(|place| *place == moment || is_period(place))
                         && has_period
-                        && change.computed.calls.iter().all(|name| name.ends_with("_add"))
+                        && change.computed.calls.iter().all(adds)
                 })
             };
             let mut given = self.assigning(next).peekable();
-            self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
+            let is_moment = self.is_number(next) || self.is_optional_number(next);
+            let goes_on = |id: NodeId| puts_off(id) || self.adds_period(id, next);
+            is_moment && self.outlives(next) && given.peek().is_some() && given.all(goes_on)
         };
-        let is_put_off = |moment: &Place, next: &Place| self.is_given_number(moment) && is_next(next, moment);
-        [(left, right), (right, left)].into_iter().find_map(|(moment, next)| is_put_off(moment, next).then_some(next))
+        // `self.next.is_some_and(|next| t < next)`
+        let kept = |place: &Place| if self.outlives(place) { place.clone() } else { self.taken_from(place) };
+        let put_off = |moment: &Place, next: &Place| {
+            let next = kept(next);
+            (self.is_given_number(moment) && is_next(&next, moment)).then_some(next)
+        };
+        [(left, right), (right, left)].into_iter().find_map(|(moment, next)| put_off(moment, next))
+    }
+
+    /// Whether a node adds the same to a time whenever its period is over and the filter is updated: `self.last += PERIOD;`
+    fn adds_period(&self, id: NodeId, place: &Place) -> bool {
+        let leads = |from: NodeId, to: NodeId| self.reached_from(from, |_, _| true)[to.0 as usize];
+        let is_beside = |update: &NodeId| leads(id, *update) || leads(*update, id);
+        self.search.updating().iter().any(is_beside)
+            && self.search.graph.changes.get(&id).is_some_and(|change| {
+                let is_period = |from: &&Place| *from == place || self.is_left_alone(from);
+                matches!(change.kind, ChangeKind::CountsUp | ChangeKind::Accumulates)
+                    && named(&change.computed.places).iter().all(is_period)
+                    && change.computed.calls.iter().all(|name| name.ends_with("_add"))
+            })
+    }
+
+    fn is_optional_number(&self, place: &Place) -> bool {
+        match self.ty(place) {
+            Some(Ty::External(path, args)) => path.ends_with("::Option") && args.first() == Some(&Ty::Int),
+            _ => false,
+        }
     }
 
     /// `if t - self.since >= PERIOD { self.since = t; … }`: the number that was kept when the gate opened the last time, less than what
@@ -59,13 +88,15 @@ impl Gates<'_, '_> {
             let mut sides = about.compared.iter().flatten();
             !about.compared.contains(&Some(kept.clone())) || !sides.any(is_moment)
         };
+        let has_moment = |kept: &Place| sources.places.iter().any(|place| !place.overlaps(kept) && is_moment(place));
         let is_kept = |place: &&Place| {
             let mut given = self.assigning(place).peekable();
+            let begins = |id: NodeId| is_from_moment(id) || has_moment(place) && self.adds_period(id, place);
             self.is_number(place)
                 && self.outlives(place)
                 && given.peek().is_some()
                 && is_difference(place)
-                && given.all(is_from_moment)
+                && given.all(begins)
         };
         sources.places.iter().find(is_kept).cloned()
     }

@@ -82,6 +82,11 @@ fn is_event_of_others(ty: &Ty, name: &str) -> bool {
     contains_any(of_type, EVENT_WORDS) || contains_any(name, EVENT_WORDS)
 }
 
+/// Whether what is called may give something new, by its name.
+fn gives(name: &str) -> bool {
+    !is_constant(name) && !asks_state(name) && !LOOKING.contains(&name)
+}
+
 /// Whether a name says that something is an event, or is short for one.
 fn says_event(name: &str) -> bool {
     name.eq_ignore_ascii_case("ev") || contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
@@ -232,18 +237,28 @@ impl Gates<'_, '_> {
     /// Whether a variable is bound where a call had something to give in this iteration: `if let Some(message) = link.poll()`. What
     /// only looks into an option finds what it keeps.
     fn is_got(&self, var: Var) -> bool {
-        let gives = |name: &String| !is_constant(name) && !asks_state(name) && !LOOKING.contains(&name.as_str());
         self.is_within(var)
             && self.nodes().any(|id| match &self.search.graph.node(id).effect {
                 Effect::Branch(test) => {
                     let about = &test.about;
                     about.asks_presence()
                         && about.binds.contains(&var)
-                        && about.names.iter().any(gives)
+                        && about.names.iter().any(|name| gives(name))
                         && !about.names.iter().any(|name| asks_state(name))
                 }
                 _ => false,
             })
+    }
+
+    /// Whether nothing is asked but what a call gave in this iteration, kept by a name: `let c = link.poll(); match c { … }`. What is
+    /// lent may be there already.
+    pub(super) fn asks_given(&self, test: &Test) -> bool {
+        let is_owned = |var: Var| !matches!(self.search.graph.var(var).ty, Ty::Ref(..));
+        let is_within = |place: &Place| {
+            !self.outlives(place) && place.base_var().is_some_and(|var| self.is_within(var) && is_owned(var))
+        };
+        let reads = &test.about.reads;
+        !reads.is_empty() && reads.iter().all(is_within) && self.behind(test).calls.iter().any(|name| gives(name))
     }
 
     /// Whether the loop that is the cycle binds a variable to the element of its round: `for event in batch`.

@@ -89,8 +89,13 @@ impl Gates<'_, '_> {
         match &graph.node(at).effect {
             Effect::Branch(test) => {
                 let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
-                let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
-                let is_remainder = test.about.is_remainder;
+                let mut told = self.behind_told_remainder(test);
+                told.retain(|place| self.is_number(place));
+                let is_remainder = test.about.is_remainder || !told.is_empty();
+                let reads = match told.is_empty() {
+                    true => subject.map_or(&test.about.reads, |subject| &subject.reads),
+                    false => &told,
+                };
                 let is_kept = |place: &Place| readable(self.taken_from(place)).is_some();
                 let is_pure = subject.is_some() && reads.iter().all(is_copy) && reads.iter().all(is_kept);
                 // What counts may be changed here as well.

@@ -169,7 +169,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
-                Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
+                Some(gate @ (Gate::Mode | Gate::Startup)) => self.gate_left(site, at, gate),
                 Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
                 Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
                 gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),
@@ -231,10 +231,14 @@ impl<'s, 'a> Gates<'s, 'a> {
         match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
             // A state that has a name is a start if it comes once.
             Some((origin, chosen_at, _)) if gate == Some(Gate::Mode) => {
-                let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup);
+                let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup)
+                    || self.is_told_warm_up((origin, chosen_at), at, way);
                 if is_start { Some(Gate::Startup) } else { gate }
             }
-            Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
+            Some(origin) => match self.of_origin(origin, at, way, origins).or(gate) {
+                Some(Gate::Mode) if self.is_told_warm_up((origin.0, origin.1), at, way) => Some(Gate::Startup),
+                gate => gate,
+            },
             None => gate
                 .or_else(|| self.of_carried(test, at, way))
                 .or_else(|| self.of_flag(test, at, way, origins))

@@ -2,16 +2,15 @@
 
 use std::cell::LazyCell;
 
-use super::kept::KeptMode;
 use super::passed::TakenBack;
 use super::{Gates, MAX_ORIGINS, Way};
-use crate::count::given::{Given, GivenBase, given, place_of};
+use crate::count::given::{Given, GivenBase, given};
 use crate::count::instances::is_lent;
 use crate::count::search::{Mode, Region, Search};
 use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test, Var,
+    ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test, Var,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 
@@ -43,7 +42,7 @@ impl Gates<'_, '_> {
         is_mode
     }
 
-    fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
+    pub(super) fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
         let Subject { reads, whole, .. } = &self.search.graph.subjects[subject.0 as usize];
         if reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
@@ -192,36 +191,6 @@ impl Gates<'_, '_> {
         })
     }
 
-    /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that
-    /// the helper bears with, or resets the filter as well.
-    pub(super) fn leaves_modes(&self, site: &CallSite, at: NodeId) -> bool {
-        self.modes_of(site).into_iter().all(|mode| {
-            let Some(place) = place_of(mode.place(), site) else { return false };
-            let ends = |head: Option<&Head>| !mode.bears_with(head);
-            if self.is_run_again() && self.is_written_elsewhere(&place, &ends) {
-                return false;
-            }
-            let is_left = || self.leaves_elements(&place, at, &ends);
-            let mut others = self.nodes().filter(|id| *id != at);
-            others.all(|id| match &self.search.graph.node(id).effect {
-                Effect::Write(write) | Effect::Set(write) if write.place.overlaps(&place) => {
-                    (write.place == place && mode.bears_with(write.head.as_ref()))
-                        || self.resets_around(id, &place, &ends)
-                }
-                Effect::Call(other) if self.written_by(other).any(|written| self.is_at(&place, &written)) => {
-                    let is_same = other.targets.iter().all(|target| site.targets.contains(target));
-                    is_same || self.sets_only(other, &place, mode) || self.resets_around(id, &place, &ends)
-                }
-                _ => true,
-            }) || is_left()
-        })
-    }
-
-    /// Whether a place may be another one, by any of the names of both.
-    fn is_at(&self, place: &Place, written: &Place) -> bool {
-        written.overlaps(place) || self.search.aliases.shared_roots(place).iter().any(|root| self.is_of(root, written))
-    }
-
     /// Whether the function of the cycle comes to its end and is called again, so that others may run between two iterations.
     pub(super) fn is_run_again(&self) -> bool {
         let graph = self.search.graph;
@@ -236,18 +205,6 @@ impl Gates<'_, '_> {
             around = info.parent;
         }
         true
-    }
-
-    /// Whether a call gives a state only heads that a helper bears with.
-    fn sets_only(&self, site: &CallSite, place: &Place, mode: &KeptMode) -> bool {
-        let mut summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
-        summaries.all(|summary| {
-            let is_it = |given: &Given| place_of(given, site).is_some_and(|written| self.is_at(place, &written));
-            summary.writes.iter().filter(|given| is_it(given)).all(|given| {
-                let mut heads = summary.sets.iter().filter(|(set, ..)| set == given).peekable();
-                heads.peek().is_some() && heads.all(|(_, head, _)| mode.bears_with(head.as_ref()))
-            })
-        })
     }
 
     /// A way at whose end a mode pauses: it was left on the way, or it was found so and stayed.

@@ -46,11 +46,11 @@ impl Gates<'_, '_> {
     /// The same for a helper that does not update.
     fn of_call_in_round(&self, own: &Self, site: &CallSite, end: &End, round: &Way) -> Option<Gate> {
         match end.state.helper_gate {
-            gate @ Some(Gate::Mode | Gate::Startup) => {
+            Some(gate @ (Gate::Mode | Gate::Startup)) => {
                 let is_left = |place: Place| !self.is_written_beside(own, &place);
                 let mut kept =
                     own.modes_of(site).into_iter().map(|mode| place_of(mode.place(), site).is_some_and(is_left));
-                gate.filter(|_| kept.all(|is_kept| is_kept) && own.leaves_modes(site, round.at))
+                kept.all(|is_kept| is_kept).then(|| own.gate_left(site, round.at, gate))?
             }
             Some(_) => None,
             None => {

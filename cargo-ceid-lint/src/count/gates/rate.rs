@@ -152,6 +152,27 @@ impl Gates<'_, '_> {
         test.about.is_masked && is_low && counter.is_some_and(|counter| test.about.reads == [counter])
     }
 
+    /// `let is_warm = self.rounds >= 50; if is_warm { … } else { self.rounds += 1; }`: a count to a limit whose answer has a name, or is
+    /// what a helper gives that counts. It goes on between the two questions, or behind the second one, and nothing else changes it.
+    pub(super) fn is_told_warm_up(&self, (origin, chosen_at): (&Test, NodeId), at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let Some(closed) = way.after(chosen_at).filter(|_| origin.about.is_comparison) else { return false };
+        self.asked(origin).iter().any(|place| {
+            let side = origin.about.compared.iter().position(|side| side.as_ref() == Some(place));
+            let is_below = side.and_then(|side| graph.node(chosen_at).next.get(side)).map(|below| *below == closed);
+            let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place);
+            let counts =
+                || !self.reached_from(closed, goes_by)[at.0 as usize] || self.counts_while_closed(place, at, way);
+            self.outlives(place)
+                && self.is_number(place)
+                && self.count_steps(place).is_some_and(|steps| {
+                    steps.is_one_way() && !steps.set_back && !steps.wraps && is_below == Some(steps.up)
+                })
+                && counts()
+                && !self.comes_round(place)
+        })
+    }
+
     /// How a place changes in the region, if it is a counter; `None` if nothing changes it.
     fn count_steps(&self, place: &Place) -> Option<CountSteps> {
         let mut steps = CountSteps::default();

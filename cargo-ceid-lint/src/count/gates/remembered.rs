@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Way};
+use crate::count::given::place_of;
+use crate::count::search::Mode;
 use crate::count::verdict::Gate;
 use crate::flow::{Effect, Head, NodeId, Place, Subject, SubjectId};
 
@@ -38,8 +40,9 @@ impl Gates<'_, '_> {
                 let Some(place) = subject.whole.as_ref() else { return false };
                 // Whether the filter is there is no memory of it.
                 let may_tell = place.base_var().is_some() && self.outlives(place) && !self.is_instance(place);
-                let given = |node: &NodeId| self.is_inside(*node).then(|| self.head_given(place, *node)).flatten();
-                let heads = || -> BTreeSet<&Head> { self.search.writers_of(*id).iter().filter_map(given).collect() };
+                let writers = self.search.writers_of(*id);
+                let inside = writers.iter().filter(|node| self.is_inside(**node));
+                let heads = || -> BTreeSet<&Head> { inside.flat_map(|node| self.heads_given(place, *node)).collect() };
                 may_tell && !self.comes_anew(place) && heads().len() > 1
             };
             subjects.filter(is_memory).map(|(id, _)| id).collect()
@@ -53,7 +56,7 @@ impl Gates<'_, '_> {
         }
         let subject = &self.search.graph.subjects[id.0 as usize];
         let is_given = |heads: u32| {
-            let mut given = self.giving(memory, heads).into_iter().filter_map(|node| self.head_given(place, node));
+            let mut given = self.giving(memory, heads).into_iter().flat_map(|node| self.heads_given(place, node));
             given.any(|head| subject.bit(head) & heads != 0)
         };
         let is_switched = is_given(idle) && is_given(running);
@@ -61,6 +64,8 @@ impl Gates<'_, '_> {
         let bears = match is_switched {
             true if self.resets_before_running(memory) => Some(idle),
             true if self.resets_behind_running(memory) => Some(running),
+            // What helpers say of it is told from way to way, and nobody else may say anything.
+            true if self.search.resets_in_pauses(self.region, Mode::new(id, running)) => Some(0),
             _ => None,
         };
         let bears = bears.filter(|bears| !self.is_resumed_elsewhere(id, subject.anything() & !bears));
@@ -128,6 +133,17 @@ impl Gates<'_, '_> {
             Effect::Set(set) | Effect::Write(set) if set.place == *place => set.head.as_ref(),
             _ => None,
         }
+    }
+
+    /// The heads that a node may give the state, as far as they are known.
+    fn heads_given(&self, place: &Place, node: NodeId) -> Vec<&Head> {
+        let Effect::Call(site) = &self.search.graph.node(node).effect else {
+            return self.head_given(place, node).into_iter().collect();
+        };
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        let sets = summaries.flat_map(|summary| &summary.sets);
+        let own = sets.filter(|(set, ..)| place_of(set, site).is_some_and(|set| set == *place));
+        own.filter_map(|(_, head, _)| head.as_ref()).collect()
     }
 
     /// Whether an edge is taken only where the state has one of these heads.

@@ -384,7 +384,7 @@ impl Gates<'_, '_> {
                     let decides = graph.node(at).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
                     let waits = decides && (self.asks_moment(test) || self.tells_time(test));
                     let sources = waits.then(|| self.behind(test))?;
-                    let told = self.put_off(test).cloned().or_else(|| self.begun_again(test));
+                    let told = self.put_off(test).or_else(|| self.begun_again(test));
                     let clocks: Vec<Place> = told.into_iter().collect();
                     let keeps_clock = !clocks.is_empty() || self.clocks(&sources).next().is_some();
                     keeps_clock.then_some(TimeGate { at, sources, clocks })

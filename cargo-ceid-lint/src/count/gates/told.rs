@@ -38,23 +38,29 @@ impl Gates<'_, '_> {
 
     /// `if self.slot() == 2 { … }`: a function that answers the remainder of what each cycle counts that waits for it.
     pub(super) fn asks_told_remainder(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let is_counted = |place: &Place| {
+            self.is_number(place) && self.outlives(place) && self.nodes().any(|id| self.counts_at(id, place))
+        };
+        let mut counted = self.behind_told_remainder(test).into_iter().filter(is_counted);
+        counted.any(|place| self.counts_while_closed(&place, at, way))
+    }
+
+    /// What functions of which the remainder is asked that they answer compute it from.
+    pub(super) fn behind_told_remainder(&self, test: &Test) -> Vec<Place> {
         let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
         // `let slot = self.slot(); if slot == 2 { … }`
         let is_answer = |place: &Place| self.is_number(place) && !self.outlives(place);
         let is_kept = || asked.places.iter().all(is_answer);
         if test.about.is_comparison || test.about.is_presence || (asked.calls.is_empty() && !is_kept()) {
-            return false;
+            return Vec::new();
         }
-        self.answers(&asked).into_iter().filter(|(_, told)| told.is_remainder).any(|(site, told)| {
+        let answers = self.answers(&asked).into_iter().filter(|(_, told)| told.is_remainder);
+        let places = answers.flat_map(|(site, told)| {
             let owner = site.args.first().and_then(|arg| arg.place.as_ref());
             let fields = owner.into_iter().flat_map(|owner| told.fields.iter().map(|name| owner.field(name)));
-            let given = site.args.iter().flat_map(|arg| arg.from.places.iter().cloned());
-            let is_counted = |place: &Place| {
-                self.is_number(place) && self.outlives(place) && self.nodes().any(|id| self.counts_at(id, place))
-            };
-            let mut counted = fields.chain(given).filter(is_counted);
-            counted.any(|place| self.counts_while_closed(&place, at, way))
-        })
+            fields.chain(site.args.iter().flat_map(|arg| arg.from.places.iter().cloned()))
+        });
+        places.collect()
     }
 
     pub(super) fn all_told(&self) -> &[(NodeId, Told)] {

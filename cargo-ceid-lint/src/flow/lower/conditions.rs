@@ -3,7 +3,7 @@
 use super::orders::{ORDERS, orders_asked};
 use super::subjects::Pure;
 use super::values::Join;
-use super::{Builder, ClosureRef, Value};
+use super::{Builder, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
@@ -408,53 +408,6 @@ impl Builder<'_> {
         };
         self.link(failed, no);
         self.resume(yes);
-    }
-
-    /// `x.is_some_and(|x| …)` and its kin: what the closure asks is asked here. Answers whether it is one.
-    fn payload_condition(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], no: NodeId) -> bool {
-        let (default, closure) = match (method, args) {
-            ("is_some_and" | "is_ok_and", [closure]) => (false, *closure),
-            ("is_none_or", [closure]) => (true, *closure),
-            ("map_or", [default, closure]) => match self.constant_head(*default).as_deref() {
-                Some("true") => (true, *closure),
-                Some("false") => (false, *closure),
-                _ => return false,
-            },
-            _ => return false,
-        };
-        let body = self.body();
-        let ExprKind::Closure(code) = &body.expr(closure).kind else { return false };
-        if !self.is_optional(receiver)
-            || code.is_async
-            || self.depth >= super::MAX_INLINE
-            || super::optional::leaves(body, code.body)
-        {
-            return false;
-        }
-        let asked = self.pure_option(receiver);
-        let value = self.expr(receiver);
-        if self.at.is_none() {
-            return true;
-        }
-        let span = self.span(id);
-        let closure = ClosureRef { frame: self.frame, expr: closure };
-        self.derive_payload(closure, receiver);
-        let (present, absent) = self.branch_on_payload(receiver, closure, &value, span);
-        let holds = self.add_node(crate::flow::Effect::Nothing, span);
-        self.link(absent, if default { holds } else { no });
-        self.resume(present);
-        self.depth += 1;
-        if let Some((pat, _)) = code.params.first() {
-            self.bind_pattern(*pat, &Value { head: None, same_as: None, ..value });
-            if let Some(asked) = asked {
-                self.note_held(*pat, &asked.part("0!"));
-            }
-        }
-        self.condition(code.body, no);
-        self.depth -= 1;
-        self.jump(holds);
-        self.resume_if_reached(holds);
-        true
     }
 
     /// A condition whose truth is a value: `let ready = a && b;`

@@ -55,6 +55,11 @@ impl Builder<'_> {
             {
                 self.condition_value(id)
             }
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if self.is_payload_question(*receiver, method, args) =>
+            {
+                self.condition_value(id)
+            }
             // So is what only reads: `feed(&mut f, queue.is_empty()); feed(&mut f, !queue.is_empty());`
             ExprKind::MethodCall { .. } if *self.ty(id) == Ty::Bool && self.pure(id).is_some() => {
                 self.condition_value(id)

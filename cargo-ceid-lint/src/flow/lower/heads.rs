@@ -35,21 +35,34 @@ impl Builder<'_> {
         }
     }
 
-    /// Forgets the copies of numbers that nothing asks which ones they are.
+    /// Forgets the copies of numbers that nothing asks which ones they are, not even where they are copied to in turn.
     fn drop_counts(&mut self) {
-        let is_count = |id: &NodeId| match &self.graph.node(*id).effect {
-            Effect::Set(set) => {
-                let is_number = set
-                    .place
-                    .base_var()
-                    .is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Int | Ty::Float | Ty::Char));
-                let asked = self.subjects.get(&subjects::place_key(&set.place));
-                is_number && asked.is_none_or(|id| self.graph.subjects[id.0 as usize].heads.is_empty())
-            }
-            _ => false,
+        let graph = &self.graph;
+        let is_asked = |place: &Place| {
+            let asked = self.subjects.get(&subjects::place_key(place));
+            asked.is_some_and(|id| !graph.subjects[id.0 as usize].heads.is_empty())
         };
-        let counts: Vec<NodeId> = self.graph.copies.keys().filter(|id| is_count(id)).copied().collect();
-        for id in counts {
+        let counts = graph.copies.iter().filter_map(|(id, from)| match &graph.node(*id).effect {
+            Effect::Set(set) => {
+                let var = set.place.base_var()?;
+                let is_number = matches!(graph.var(var).ty, Ty::Int | Ty::Float | Ty::Char);
+                (is_number && !is_asked(&set.place)).then(|| (*id, set.place.clone(), from.clone()))
+            }
+            _ => None,
+        });
+        let mut counts: Vec<(NodeId, Place, Place)> = counts.collect();
+        let copied = graph.node_ids().filter_map(|id| match &graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) => Some((set.place.clone(), graph.copied(id)?)),
+            _ => None,
+        });
+        let (mut copied, mut others): (Vec<_>, Vec<_>) = copied.partition(|(to, _)| is_asked(to));
+        while let Some((_, from)) = copied.pop() {
+            counts.retain(|(_, to, _)| *to != from);
+            let (more, rest): (Vec<_>, Vec<_>) = others.into_iter().partition(|(to, _)| *to == from);
+            copied.extend(more);
+            others = rest;
+        }
+        for (id, ..) in counts {
             self.graph.copies.remove(&id);
         }
     }

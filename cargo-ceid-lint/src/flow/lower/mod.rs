@@ -38,6 +38,7 @@ mod held;
 mod intervals;
 mod items;
 mod iterators;
+mod known;
 mod last;
 mod laws;
 mod lazy;
@@ -55,6 +56,7 @@ mod panics;
 mod parts;
 mod passed_over;
 mod patterns;
+mod payloads;
 mod places;
 mod presence;
 mod pure;
@@ -244,6 +246,8 @@ struct Builder<'a> {
     ends: FxHashMap<String, intervals::Ends>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
+    /// Parameters of functions read where they are called that are a constant there: `self.enter(Mode::Run)`.
+    known: FxHashMap<Var, Head>,
     handed_back: Option<handed_back::HandedBack>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
@@ -302,6 +306,7 @@ impl<'a> Builder<'a> {
             ends: FxHashMap::default(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
+            known: FxHashMap::default(),
             handed_back: None,
             targets: Vec::new(),
             target_value: None,
@@ -343,17 +348,10 @@ impl<'a> Builder<'a> {
         Span::new(span.file, span.end.saturating_sub(1), span.end)
     }
 
-    fn param_ty(&self, pat: PatId) -> Ty {
-        self.typed().pat_local.get(&pat).map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
-    }
-
-    fn param_name(&self, pat: PatId) -> String {
-        self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
-    }
-
     fn finish(mut self) -> ControlFlowGraph {
         self.graph.duplicated = super::Duplicated::of(self.program.index, self.body(), self.typed());
         self.settle_stored();
+        self.settle_known();
         self.settle_copies();
         self.settle_held();
         self.settle_tallies();

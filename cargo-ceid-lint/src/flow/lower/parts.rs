@@ -22,6 +22,11 @@ impl Builder<'_> {
         let span = self.span(expr);
         if !self.is_state(self.ty(expr)) {
             self.copy_parts(value, part, span);
+            // Whether there is something in an answer, a pattern of the whole may ask.
+            if value.same_as.is_some() && self.is_plain_option(self.ty(expr)) {
+                let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), None) };
+                self.emit(Effect::Set(Box::new(given)), span);
+            }
             return;
         }
         let is_field = matches!(part.steps.last(), Some(Projection::Field(_)));
@@ -94,6 +99,14 @@ impl Builder<'_> {
     fn is_made_here(&self, var: Var) -> bool {
         let info = self.graph.var(var);
         info.param.is_none() && !matches!(info.ty, Ty::Ref(..) | Ty::Pointer(_))
+    }
+
+    /// The answer of a call that a part of what was just made is: `match (nav.ingest(z), is_slow()) { … }`.
+    pub(super) fn answer_in(&self, part: &Place) -> Option<Var> {
+        self.graph.nodes.iter().rev().find_map(|node| match &node.effect {
+            Effect::Set(set) if set.place == *part => set.same_as,
+            _ => None,
+        })
     }
 
     fn note_part(&mut self, part: &Place, head: Option<Head>) {

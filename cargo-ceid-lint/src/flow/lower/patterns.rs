@@ -438,7 +438,9 @@ impl Builder<'_> {
         {
             let binds = self.vars_of(pat);
             self.derive(&binds, own);
-            part.pure = self.pure_option(own).or(part.pure);
+            let answer = part.value.place.as_ref().filter(|_| self.is_plain_option(self.ty(own)));
+            let answer = answer.and_then(|place| self.answer_in(place)).map(|var| self.pure_var(var));
+            part.pure = self.pure_option(own).or(answer).or(part.pure);
             part.total = self.total_heads(self.ty(own)).map(Rc::from);
             // An answer that was kept is there whatever it is.
             part.about = match self.ty(own) {

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 use super::reading::is_pure_function;
 use super::{Builder, Frame, MAX_INLINE, Value};
-use crate::flow::{NodeId, Place};
+use crate::flow::{Head, NodeId, Place};
 use crate::index::{FunctionId, Owner, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved, TypedBody};
@@ -104,6 +104,7 @@ impl Builder<'_> {
         let def = self.program.index.function(target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(target)) else { return };
         let masks: Vec<Option<u32>> = exprs.iter().map(|expr| self.mask_within(*expr)).collect();
+        let known: Vec<Option<Head>> = exprs.iter().map(|expr| self.written_state(*expr)).collect();
         self.frames.push(Frame::new(target, body, typed));
         let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
         self.depth += 1;
@@ -119,6 +120,12 @@ impl Builder<'_> {
                     self.frames[self.frame].stand_ins.insert(*local, place);
                 }
                 _ => self.bind_pattern(*pat, &values.get(number).cloned().unwrap_or_default()),
+            }
+            if let (Some(head), Some(local)) = (known.get(number).cloned().flatten(), typed.pat_local.get(pat))
+                && !self.frames[self.frame].mutated.contains(local)
+            {
+                let var = self.var_of(*local);
+                self.known.insert(var, head);
             }
         }
         read(self, body);

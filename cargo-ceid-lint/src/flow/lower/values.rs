@@ -4,7 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Head, NodeId, Place, Transfer, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, Literal, PatKind, Receiver, Stmt, StmtKind};
+use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, Literal, PatId, PatKind, Receiver, Stmt, StmtKind};
 use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
@@ -189,7 +189,7 @@ impl Builder<'_> {
         value
     }
 
-    fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
+    fn let_stmt(&mut self, pat: PatId, init: ExprId, span: Span) {
         let bound = self.vars_of(pat);
         self.derive_pattern(pat, init);
         self.note_lent_names(pat, init);
@@ -248,7 +248,7 @@ impl Builder<'_> {
             && self.program.index.law_spec(self.ty(init)).is_some()
     }
 
-    fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
+    fn let_else(&mut self, pat: PatId, init: ExprId, otherwise: ExprId) {
         self.derive_pattern(pat, init);
         let value = self.asked_value(init);
         let span = self.body().pat(pat).span.to(self.span(init));
@@ -327,6 +327,14 @@ impl Builder<'_> {
 }
 
 impl Builder<'_> {
+    pub(super) fn param_ty(&self, pat: PatId) -> Ty {
+        self.typed().pat_local.get(&pat).map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
+    }
+
+    pub(super) fn param_name(&self, pat: PatId) -> String {
+        self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
+    }
+
     /// Whether a call gets nothing through which it could write what an argument names: what is given by value is copied, or gone.
     pub(super) fn is_given_as_value(&self, call: ExprId, arg: ExprId) -> bool {
         let ty = self.ty(arg);

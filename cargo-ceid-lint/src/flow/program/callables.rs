@@ -262,6 +262,7 @@ fn runs_at_once(method: &str) -> bool {
             | "partition"
             | "is_some_and"
             | "is_ok_and"
+            | "is_err_and"
             | "is_none_or"
             | "or_insert_with"
             | "get_or_insert_with"
