@@ -76,6 +76,7 @@ impl Builder<'_> {
             head: NodeId(0),
             rounds,
             items: Vec::new(),
+            chained: Vec::new(),
             counter: None,
             counts_down: false,
             is_mirrored: false,

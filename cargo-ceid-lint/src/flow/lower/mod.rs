@@ -11,6 +11,7 @@ mod callbacks;
 mod calls;
 mod carried;
 mod chained;
+mod chains;
 mod changes;
 mod closures;
 mod compared;
