@@ -106,6 +106,8 @@ pub struct LoopInfo {
     pub limits: Vec<Limit>,
     /// Every variable that its head binds.
     pub bound: Vec<Var>,
+    /// The collection that it goes over by its counter and takes elements out of, each of which has one round all the same.
+    pub takes_out: Option<Place>,
     /// Collections that are indexed with the counter.
     pub indexes: Vec<Place>,
     /// The collection that it runs over, if it has a name.
