@@ -7,7 +7,7 @@ use super::aliases::Aliases;
 use super::callgraph::{callees, components};
 use super::counts::Count;
 use super::given::{Given, GivenBase};
-use super::instances::place_ty;
+use super::instances::{place_ty, types_behind};
 use super::outcome::Outcome;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place, Projection};
@@ -73,6 +73,14 @@ pub(super) fn hidden_at(
     let mut roots = if *cause == too_many() { aliases.roots(place) } else { Vec::new() };
     let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
     roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
+    roots
+}
+
+/// The trait objects and the like at a place behind which a filter may be that nothing but its own type tells: what happens to them is
+/// told of them as a whole.
+pub(super) fn filters_behind(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
+    let mut roots = aliases.roots(place);
+    roots.retain(|root| !types_behind(index, graph, root).is_empty());
     roots
 }
 
