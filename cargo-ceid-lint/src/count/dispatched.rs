@@ -76,12 +76,15 @@ pub(super) fn hidden_at(
     roots
 }
 
-/// The trait objects and the like at a place behind which a filter may be that nothing but its own type tells: what happens to them is
-/// told of them as a whole.
-pub(super) fn filters_behind(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
-    let mut roots = aliases.roots(place);
-    roots.retain(|root| !types_behind(index, graph, root).is_empty());
-    roots
+/// The trait objects and the like that a place lies behind, where a filter may be that nothing but its own type tells: what is not
+/// known of its parts is told of it as a whole.
+pub(super) fn filters_before(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
+    let is_open = |whole: &Place| matches!(place_ty(index, graph, whole), Some(Ty::Opaque(_) | Ty::Param(_)));
+    let wholes = aliases.roots(place).into_iter().filter_map(|root| {
+        let mut before = (0..root.steps.len()).map(|at| Place { base: root.base, steps: root.steps[..at].to_vec() });
+        before.find(is_open)
+    });
+    wholes.filter(|whole| !types_behind(index, graph, whole).is_empty()).collect()
 }
 
 /// Whether a call that [`mark`] has marked at a node is one update of whatever is there, all the same: each of the bodies is the law of
