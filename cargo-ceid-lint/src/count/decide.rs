@@ -75,7 +75,8 @@ impl Decision {
 
 /// How the ways through a function come to a second update, if one does.
 pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Evidence> {
-    let end = shortest(exploration, exploration.ends.iter().filter(|end| end.state.count == Count::Many))?;
+    let is_many = |end: &&End| end.state.count == Count::Many && !end.state.is_supposed;
+    let end = shortest(exploration, exploration.ends.iter().filter(is_many))?;
     if search.asks_dropped(exploration, end) {
         return None;
     }
@@ -93,8 +94,9 @@ pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Optio
 pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &Exploration) -> Option<Evidence> {
     let (skipping, updating): (Vec<&End>, Vec<&End>) =
         exploration.ends.iter().partition(|end| end.state.count == Count::Zero);
-    let is_unexplained =
-        |end: &&&End| !end.state.reset && !end.state.attempted && gates.of_end(exploration, end).is_none();
+    let is_unexplained = |end: &&&End| {
+        !end.state.reset && !end.state.attempted && !end.state.is_supposed && gates.of_end(exploration, end).is_none()
+    };
     // What those who call it know may explain a way to them.
     let (asking, plain): (Vec<&End>, Vec<&End>) =
         skipping.iter().filter(is_unexplained).partition(|end| gates.asks(exploration, end).is_some());
@@ -212,7 +214,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     {
         return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
     }
-    let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many).collect();
+    let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many && !end.state.is_supposed).collect();
     let (doubtful, certain): (Vec<&End>, Vec<&End>) =
         many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end));
     if !doubtful.is_empty() && certain.is_empty() {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::declared::base_ty;
 use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::Fields;
@@ -78,14 +79,7 @@ pub(super) fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place
 
 /// How far the steps of a place lead through types that are known, and where to.
 pub(super) fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<(Ty, usize)> {
-    let ty = match place.base {
-        Base::Var(var) => graph.var(var).ty.clone(),
-        Base::Static(id) => {
-            let value = index.value(id);
-            index.lower(&value.item.ty, &index.scope(value.module, value.owner, None))
-        }
-    };
-    follow(index, ty, &place.steps)
+    follow(index, base_ty(index, graph, place.base), &place.steps)
 }
 
 /// The type that steps lead to, or the one of which only the bounds are known, with the number of the steps before it.

@@ -17,6 +17,7 @@ mod counts;
 mod cycles;
 mod debug_only;
 mod decide;
+mod declared;
 mod derived;
 mod dispatched;
 mod effort;

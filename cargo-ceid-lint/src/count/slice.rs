@@ -1,12 +1,13 @@
 //! Which branches matter for an instance: those on which something that happens to it depends. The others are not told apart.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
+use super::search::ByOtherNames;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId};
 
 /// Which nodes each branch decides over, and what else all searches of a graph ask of it.
@@ -30,6 +31,8 @@ pub(super) struct ControlDependence {
     writing: RefCell<FxHashMap<SubjectId, Arc<Vec<NodeId>>>>,
     /// The heads that a subject can have where a loop begins, as far as it was asked.
     before_loop: RefCell<FxHashMap<(LoopId, SubjectId), u32>>,
+    /// The nodes that may change what a subject reads by a name that is not known for one of the same cell.
+    by_other_names: OnceCell<ByOtherNames>,
 }
 
 /// What was found for a key, or is found now.
@@ -96,6 +99,7 @@ impl ControlDependence {
             needing: RefCell::default(),
             writing: RefCell::default(),
             before_loop: RefCell::default(),
+            by_other_names: OnceCell::new(),
         }
     }
 
@@ -117,6 +121,11 @@ impl ControlDependence {
     /// The nodes that may change what a subject reads.
     pub(super) fn writing(&self, subject: SubjectId, find: impl FnOnce() -> Vec<NodeId>) -> Arc<Vec<NodeId>> {
         found_once(&self.writing, subject, || Arc::new(find()))
+    }
+
+    /// The nodes that may change what subjects read by names that are not known for those of the same cells.
+    pub(super) fn by_other_names(&self, find: impl FnOnce() -> ByOtherNames) -> &ByOtherNames {
+        self.by_other_names.get_or_init(find)
     }
 
     /// The heads that a subject can have where a loop begins.

@@ -45,6 +45,8 @@ pub(super) struct Summary {
     pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
+    /// The call in it of something that cannot be seen and may write cells that its callers read.
+    pub(super) unseen: Option<String>,
     /// The same without what laws write of their own filters.
     pub(super) alters: BTreeSet<Given>,
     /// What of it it leaves alone where it gives back `None` or `Err`.
@@ -210,6 +212,9 @@ impl Summaries {
                 }
                 Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
+                Effect::Unknown { places, cause: Cause::Call(text) } if places.is_empty() => {
+                    summary.unseen.get_or_insert_with(|| text.clone());
+                }
                 Effect::Unknown { places, cause } => places
                     .iter()
                     .filter(|place| !self.leaves_alone(graph, &aliases, id, place))
@@ -318,6 +323,7 @@ impl Summaries {
                 summary.sets.extend(written.into_iter().map(|given| (given, head.clone(), *change)));
             }
             stand_ins::pass_on(graph, aliases, site, callee, summary);
+            summary.unseen = summary.unseen.take().or_else(|| callee.unseen.clone());
             let Summary { writes, uses, endless, .. } = &mut *summary;
             for (from, into) in [(&callee.writes, writes), (&callee.uses, uses), (&callee.endless, endless)] {
                 for place in from.iter().filter_map(|given| place_of(given, site)) {

@@ -2,6 +2,7 @@
 
 mod asked;
 mod cause;
+mod cells;
 mod change;
 mod cycle;
 mod duplicated;
@@ -18,6 +19,7 @@ use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 
 pub use cause::Cause;
+pub use cells::Cells;
 pub use change::{Change, ChangeKind, Tally};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use duplicated::Duplicated;
@@ -94,6 +96,8 @@ pub struct ControlFlowGraph {
     pub kept: Vec<(Place, Cause)>,
     /// Handles that are duplicated.
     pub duplicated: Duplicated,
+    /// What is known of cells.
+    pub cells: Cells,
     /// Filters, and owners of filters, that are cloned somewhere.
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.

@@ -3,7 +3,7 @@
 use super::Gates;
 use crate::count::counts::Count;
 use crate::count::search::{End, Mode};
-use crate::flow::{CallSite, Cause, Effect, Relation};
+use crate::flow::{CallSite, Cause, Effect, Relation, Test};
 
 impl Gates<'_, '_> {
     /// Why it is not known whether a way that does not update pauses for a mode.
@@ -14,7 +14,19 @@ impl Gates<'_, '_> {
         let is_unknown = || self.search.has_unknown_modes() && self.nodes().any(|node| self.resets(node));
         let limit =
             || Cause::Limit("the cycle has too many paths to see whether a reset goes with each pause".to_owned());
-        self.hangs_on_law(end).or_else(|| is_unknown().then(limit))
+        let by_other_name = || match &self.search.graph.node(end.state.skipped_at?).effect {
+            Effect::Branch(test) => self.written_by_other_name(test),
+            _ => None,
+        };
+        self.hangs_on_law(end).or_else(|| is_unknown().then(limit)).or_else(by_other_name)
+    }
+
+    /// Why what a condition asks may be written by another name in the iteration.
+    pub(super) fn written_by_other_name(&self, test: &Test) -> Option<Cause> {
+        let subject = test.subject.map(|id| &self.search.graph.subjects[id.0 as usize]);
+        let asked = subject.into_iter().flat_map(|subject| subject.reads.clone());
+        let mut places = self.behind(test).places.into_iter().chain(test.about.reads.iter().cloned()).chain(asked);
+        places.find_map(|place| self.search.may_be_written_in(self.region, &place))
     }
 
     /// The law of another filter switches the state, and the filter is reset in each pause but for what that does:

@@ -1,8 +1,9 @@
 //! What a lock or cell holds: it is there in the next iteration, although the name under which an iteration has locked it is not.
 
 use super::{Gates, MAX_ORIGINS};
+use crate::count::declared::declared_ty;
 use crate::count::instances::inner;
-use crate::flow::{Base, Computed, Place, Projection, Test};
+use crate::flow::{Computed, Place, Test};
 use crate::index::Ty;
 use crate::types::{is_lock, opens_cell};
 
@@ -58,19 +59,7 @@ impl Gates<'_, '_> {
 
     /// The type that a place was declared with, with the locks in it.
     pub(super) fn declared(&self, place: &Place) -> Option<Ty> {
-        let (graph, index) = (self.search.graph, self.search.program.index);
-        match (place.base, place.steps.split_last()) {
-            (Base::Var(var), None) => Some(graph.var(var).ty.clone()),
-            (Base::Static(id), None) => {
-                let value = index.value(id);
-                Some(index.lower(&value.item.ty, &index.scope(value.module, value.owner, None)))
-            }
-            (base, Some((Projection::Field(name), steps))) => {
-                let owner = self.ty(&Place { base, steps: steps.to_vec() })?;
-                index.field_ty(&inner(&owner), None, name)
-            }
-            _ => None,
-        }
+        declared_ty(self.search.program.index, self.search.graph, place)
     }
 }
 

@@ -247,6 +247,16 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_constant {
             return Some(Gate::Config);
         }
+        // What something else may switch by another name is neither a setting nor a mode that is known.
+        let is_left = |gate: &Gate| {
+            !matches!(gate, Gate::Config | Gate::Mode | Gate::Startup) || self.written_by_other_name(test).is_none()
+        };
+        self.of_named_test(test, at, way).filter(is_left)
+    }
+
+    /// The same, as far as nothing has another name for what is asked.
+    fn of_named_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        let about = &test.about;
         // Which number an element has is no reason why it should stand still.
         if self.asks_own_number(test) {
             return None;

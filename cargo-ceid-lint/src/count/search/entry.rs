@@ -4,12 +4,23 @@ use super::copies::Copies;
 use super::interner::Interner;
 use super::names::is_concerned;
 use super::run::Run;
-use super::{Entry, MAX_STATES, Region, Search, State};
+use super::{MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place, Subject, Transfer};
 use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
+
+/// A node at which a search begins, with the names that the instance has there, or its own name.
+pub(in crate::count) type Start = (NodeId, Option<Entry>);
+
+/// What is known where a search begins.
+#[derive(Clone, Debug)]
+pub(in crate::count) struct Entry {
+    pub(in crate::count) names: Vec<Place>,
+    /// Why it may have other names, too.
+    pub(in crate::count) doubt: Option<Cause>,
+}
 
 impl Search<'_> {
     /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it, and
@@ -216,6 +227,8 @@ pub(super) struct Known {
     pub(super) names: u32,
     pub(super) masks: u32,
     pub(super) rounds: u32,
+    /// Why nothing is certain from the beginning on.
+    pub(super) doubt: Option<u16>,
 }
 
 impl Run<'_, '_> {
@@ -236,12 +249,12 @@ impl Run<'_, '_> {
         if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
             self.doubt = Some(self.cause(cause));
         }
-        self.begin(Known { node, age, names, masks, rounds });
+        self.begin(Known { node, age, names, masks, rounds, doubt: None });
     }
 
     /// Begins an iteration: nothing has happened on the way yet.
     pub(super) fn begin(&mut self, known: Known) {
-        let Known { node, age, names, masks, rounds } = known;
+        let Known { node, age, names, masks, rounds, doubt } = known;
         let state = State {
             node,
             count: Count::Zero,
@@ -249,7 +262,8 @@ impl Run<'_, '_> {
             reset: false,
             direct: false,
             attempted: false,
-            unknown: self.doubt,
+            unknown: doubt.or(self.doubt),
+            is_supposed: doubt.is_some(),
             skipped_at: None,
             helper_gate: None,
             age,

@@ -17,6 +17,7 @@ mod modes;
 mod names;
 mod one_update;
 mod order;
+mod other_names;
 mod presence;
 mod reach;
 mod rounds;
@@ -34,10 +35,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashMap;
 
 pub(super) use called::{Called, not_told, which_variant};
+pub(super) use entry::{Entry, Start};
 pub(super) use exploration::{End, EndKind, Exploration, too_many_conditions};
 use modes::Age;
 pub(super) use modes::Mode;
 use names::{Covering, covering_loops, indexes_instance, lends_some};
+pub(super) use other_names::ByOtherNames;
 use run::Run;
 
 use super::aliases::Aliases;
@@ -79,6 +82,8 @@ pub(super) struct State {
     pub(super) attempted: bool,
     /// The number of the cause for which nothing is certain any more.
     pub(super) unknown: Option<u16>,
+    /// Whether there is such a way only if a cell was written by another name; see [`other_names`].
+    pub(super) is_supposed: bool,
     /// The node behind which no update can be reached any more on this way, without one before it.
     pub(super) skipped_at: Option<NodeId>,
     /// Why the helper called there skips, if it does so on purpose.
@@ -486,15 +491,4 @@ impl<'a> Search<'a> {
         tracked.add(of_exits, most);
         Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
-}
-
-/// A node at which a search begins, with the names that the instance has there, or its own name.
-pub(super) type Start = (NodeId, Option<Entry>);
-
-/// What is known where a search begins.
-#[derive(Clone, Debug)]
-pub(super) struct Entry {
-    pub(super) names: Vec<Place>,
-    /// Why it may have other names, too.
-    pub(super) doubt: Option<Cause>,
 }

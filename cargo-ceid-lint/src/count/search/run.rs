@@ -100,6 +100,7 @@ impl<'s, 'a> Run<'s, 'a> {
             let state = self.exploration.states[at].clone();
             self.step(at, &state);
         }
+        self.forget_other_names();
         self.exploration.dropped = self.untracked();
         self.skip_where_known();
         self.skip_where_chosen();
@@ -157,8 +158,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
                 let age = self.age_after(&state);
-                let State { names, masks, rounds, .. } = self.still_known(state, to);
-                self.begin(Known { node: to, age, names, masks, rounds });
+                let State { names, masks, rounds, unknown, is_supposed, .. } = self.still_known(state, to);
+                let doubt = unknown.filter(|_| is_supposed);
+                self.begin(Known { node: to, age, names, masks, rounds, doubt });
                 return;
             }
             if is_left {
@@ -194,8 +196,12 @@ impl<'s, 'a> Run<'s, 'a> {
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
         let next = self.search.graph.node(state.node).next.clone();
+        let by_other_name = self.written_by_other_name(state);
         for to in next {
             self.follow(at, state.clone(), to);
+            if let Some(state) = &by_other_name {
+                self.follow(at, state.clone(), to);
+            }
         }
     }
 

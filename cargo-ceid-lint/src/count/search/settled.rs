@@ -47,7 +47,11 @@ impl Search<'_> {
 
     /// The same for any node and a subject that never changes, where only what `is_outside` is asked on the way there.
     fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
-        if self.is_asked(id, is_outside) && self.writers_of(id).iter().all(|writer| is_outside(*writer)) {
+        let is_left = || {
+            let others = self.graph.node_ids().filter(|node| self.is_written_by_other_name(*node, id));
+            self.writers_of(id).iter().copied().chain(others).all(is_outside)
+        };
+        if self.is_asked(id, is_outside) && is_left() {
             self.arriving_from(&[target], id, &|_| false)
         } else {
             self.graph.subjects[id.0 as usize].anything()
@@ -63,6 +67,7 @@ impl Search<'_> {
             _ => None,
         };
         let mut starts: FxHashSet<NodeId> = self.writers_of(id).iter().copied().collect();
+        starts.extend(self.graph.node_ids().filter(|node| self.is_written_by_other_name(*node, id)));
         starts.insert(NodeId(0));
         // Backwards, for what gave it its value is mostly near.
         let arrives_with = |bit: u32| {
@@ -152,6 +157,11 @@ pub(super) struct Reads {
 }
 
 impl Reads {
+    /// The places, by each of their names.
+    pub(super) fn places(&self) -> impl Iterator<Item = &Place> {
+        self.places.iter()
+    }
+
     /// Whether the value may be another one when a place is written: whether an option holds something does not change with what it
     /// holds. What a constant stands for does.
     pub(super) fn is_changed_with(&self, place: &Place) -> bool {

@@ -62,8 +62,9 @@ impl Search<'_> {
                 let first = asked_at.entry((gate, asks.clone())).or_insert(span);
                 *first = span.min(*first);
             }
-            if !certain.contains(&end.state.count) && gate.is_none() {
-                outcomes.insert(Outcome { returned, ..Outcome::unknown(too_many_conditions()) });
+            if end.state.is_supposed || !certain.contains(&end.state.count) && gate.is_none() {
+                let cause = unknown.filter(|_| end.state.is_supposed).unwrap_or_else(too_many_conditions);
+                outcomes.insert(Outcome { returned, ..Outcome::unknown(cause) });
                 continue;
             }
             let is_passed = super::super::skips::is_passed_by_search(self, region, end)

@@ -349,6 +349,10 @@ impl Builder<'_> {
             {
                 Value::default()
             }
+            "clone" if super::flags::leads_to_cell(self.ty(receiver)) => {
+                self.note_lent_cell(receiver, value);
+                value.clone()
+            }
             "clone" | "to_vec" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
             name if super::threads::is_spawn(name) => {
                 let is_given = name == "spawn_scoped";

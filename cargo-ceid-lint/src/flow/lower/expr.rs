@@ -1,6 +1,7 @@
 //! Expressions: what they do, in the order in which it happens.
 
 use super::conditions::presence_head;
+use super::flags::leads_to_cell;
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
 use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
@@ -77,6 +78,7 @@ impl Builder<'_> {
                 let inner = *value;
                 let value = self.expr(inner);
                 self.drop_unnamed(inner, &value);
+                self.note_lent_cell(inner, &value);
                 if *mutable && !self.frames[self.frame].passed.contains(&id) {
                     self.note_lent(inner);
                 }
@@ -396,7 +398,8 @@ impl Builder<'_> {
             self.guards_of.insert(var, guard);
         }
         self.state_part(&part, value, expr);
-        if self.at.is_none() || value.place.is_none() || !self.may_hold_filter(self.ty(expr)) {
+        let is_named = self.may_hold_filter(self.ty(expr)) || leads_to_cell(self.ty(expr));
+        if self.at.is_none() || value.place.is_none() || !is_named {
             return;
         }
         let assignment = crate::flow::Assignment {

@@ -191,7 +191,11 @@ pub(super) fn times_given(graph: &ControlFlowGraph) -> FxHashMap<Var, usize> {
 /// Whether what was held at a node may be another one behind this node.
 fn changes(graph: &ControlFlowGraph, id: NodeId, since: NodeId, places: &[Place]) -> bool {
     let is_it = |place: &Place| places.iter().any(|held| place.overlaps(held));
+    // What a cell holds is written by whoever has a reference to it, under whatever name.
+    let is_in_cell = || graph.cells.read.iter().any(is_it);
     match &graph.node(id).effect {
+        Effect::Call(_) | Effect::Unknown { .. } if is_in_cell() => true,
+        Effect::Write(write) if !write.rebinds && is_in_cell() => true,
         Effect::Set(set) | Effect::Write(set) => id != since && is_it(&set.place),
         Effect::Call(site) => {
             site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_it)

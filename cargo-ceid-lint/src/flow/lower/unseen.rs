@@ -57,10 +57,11 @@ impl Builder<'_> {
             }
         }
         if !places.is_empty() {
-            let node = self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
+            let node = self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text.clone()) }, span);
             self.graph.given_away.extend(moved.into_iter().map(|place| (node, place)));
         }
         self.give_away(id, &[], exprs, values);
+        self.may_write_cells(id, &text, exprs, span);
         if *self.ty(id) == Ty::Never && self.never_returns(id) {
             self.diverge(span);
         }

@@ -185,6 +185,7 @@ impl Builder<'_> {
         let bound = self.vars_of(pat);
         self.derive_pattern(pat, init);
         self.note_lent_names(pat, init);
+        self.note_own_cell(&bound, init);
         let value = self.expr_into(bound.clone(), init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.

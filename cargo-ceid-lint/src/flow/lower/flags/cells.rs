@@ -2,12 +2,76 @@
 
 use super::super::{Builder, Value};
 use super::is_flag;
-use crate::flow::{Effect, Place, Var};
-use crate::index::Ty;
+use crate::flow::{Cause, Effect, Place, Var};
+use crate::index::{Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
+/// Whether a type is a reference or handle to a cell, or a cell.
+pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
+    match ty.peel() {
+        ty @ Ty::External(_, args) => match ty.external_name() {
+            Some("Cell" | "RefCell") => true,
+            Some("Rc" | "Arc" | "Box" | "Option" | "Pin") => args.first().is_some_and(leads_to_cell),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
 impl Builder<'_> {
+    /// Notes that others may have a reference to what lies in a variable.
+    pub(in crate::flow::lower) fn note_lent_cell(&mut self, id: ExprId, value: &Value) {
+        let var = value.place.as_ref().and_then(Place::base_var);
+        self.graph.cells.lent.extend(var.filter(|_| self.holds_cell(self.ty(id), 0)));
+    }
+
+    /// Notes that a variable gets a handle to a cell that is made for it.
+    pub(in crate::flow::lower) fn note_own_cell(&mut self, bound: &[Var], init: ExprId) {
+        if let ([var], ExprKind::Call { callee, .. }) = (bound, &self.body().expr(init).kind)
+            && let ExprKind::Path(path) = &self.body().expr(*callee).kind
+            && matches!(path.last(), "new" | "default" | "from" | "new_cyclic")
+            && leads_to_cell(self.ty(init))
+        {
+            self.graph.cells.own.insert(*var);
+        }
+    }
+
+    /// Whether there is a cell in a value of a type, or in what that leads to.
+    fn holds_cell(&self, ty: &Ty, depth: u32) -> bool {
+        const MAX_DEPTH: u32 = 4;
+        let index = self.program.index;
+        let go = |ty: &Ty| depth < MAX_DEPTH && self.holds_cell(ty, depth + 1);
+        match ty {
+            _ if leads_to_cell(ty) => true,
+            Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => go(inner),
+            Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(go),
+            Ty::Adt(id, _) => match &index.type_def(*id).shape {
+                Shape::Struct(fields) => {
+                    let mut fields = fields.fields.iter().filter_map(|field| index.field_ty(ty, None, &field.name));
+                    fields.any(|field| go(&field))
+                }
+                _ => false,
+            },
+            _ => false,
+        }
+    }
+
+    /// Notes that something unseen runs that may write cells: what is called by its value, or gets something with a cell.
+    pub(in crate::flow::lower) fn may_write_cells(&mut self, call: ExprId, text: &str, args: &[ExprId], span: Span) {
+        let is_called_by_value = match &self.body().expr(call).kind {
+            ExprKind::Call { callee, .. } => {
+                let is_path = matches!(self.body().expr(*callee).kind, ExprKind::Path(_));
+                let is_value = !is_path || self.typed().expr_local.contains_key(callee);
+                is_value && !matches!(self.ty(*callee), Ty::Function(..) | Ty::FunctionItem(_))
+            }
+            _ => false,
+        };
+        if self.at.is_some() && (is_called_by_value || args.iter().any(|arg| self.holds_cell(self.ty(*arg), 0))) {
+            self.emit(Effect::Unknown { places: Vec::new(), cause: Cause::Call(text.to_owned()) }, span);
+        }
+    }
+
     /// The place of the state that an expression reads out of a cell as it is.
     pub(in crate::flow::lower) fn state_in_cell(&mut self, id: ExprId) -> Option<Place> {
         let body = self.body();
@@ -18,7 +82,9 @@ impl Builder<'_> {
                     ("load", 1) => is_flag(self.ty(*receiver)) && self.is_exclusive(*receiver),
                     _ => false,
                 };
-                if reads { self.static_place(*receiver) } else { None }
+                let place = if reads { self.static_place(*receiver) } else { None };
+                self.graph.cells.read.extend(place.clone());
+                place
             }
             ExprKind::Deref(inner) if self.is_state(self.ty(id)) || *self.ty(id) == Ty::Int => {
                 self.borrowed_cell(*inner)
@@ -34,7 +100,9 @@ impl Builder<'_> {
             && args.is_empty()
             && self.ty(*receiver).peel().external_name() == Some("RefCell")
             && !self.may_hold_filter(self.ty(*receiver));
-        if borrows { self.static_place(*receiver) } else { None }
+        let place = if borrows { self.static_place(*receiver) } else { None };
+        self.graph.cells.read.extend(place.clone());
+        place
     }
 
     /// Whether nothing else can change what a place holds while this code has it: no static, and nothing behind a shared handle.

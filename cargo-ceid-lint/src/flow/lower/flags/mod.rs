@@ -2,6 +2,8 @@
 
 mod cells;
 
+pub(super) use cells::leads_to_cell;
+
 use super::parts::given_to;
 use super::{Builder, Value};
 use crate::flow::{Assignment, Change, ChangeKind, Effect, Head, Place};
