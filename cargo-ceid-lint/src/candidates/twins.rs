@@ -78,7 +78,7 @@ impl Finder<'_> {
                             open.push(*base);
                         }
                         ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => open.push(*inner),
-                        _ => name.insert_str(0, "_"),
+                        _ => name.insert(0, '_'),
                     }
                 }
                 let own = called.entry(name).or_default();

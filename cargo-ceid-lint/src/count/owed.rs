@@ -275,7 +275,7 @@ impl Context<'_> {
                 self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
             }
             None if is_local_filter && !self.is_own_tool(facts, place) => {
-                self.push_unregistered(facts, var, place, None, analysis)
+                self.push_unregistered(facts, var, place, None, analysis);
             }
             _ => {}
         }
