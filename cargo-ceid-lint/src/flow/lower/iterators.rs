@@ -1,5 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+mod chains;
+
 use super::carried::State;
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};

@@ -1,5 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
+mod counting;
+
 use rustc_hash::FxHashMap;
 
 use super::exits::{Scope, ScopeKind};
