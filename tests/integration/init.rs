@@ -558,3 +558,21 @@ fn a_step_in_a_parameter_is_handed_on() {
         assert_eq!(file.contains("law = \"next_output\"\ntime_base = \"passed\""), is_handed, "{file}");
     }
 }
+
+#[test]
+fn what_does_the_same_to_the_state_is_the_same_law() {
+    let code = "pub struct DelayLine { line: Vec<f32>, at: usize }\nimpl DelayLine {\n\
+         pub fn process(&mut self, x: f32) -> f32 { let y = self.line[self.at]; self.line[self.at] = x; self.at = (self.at + 1) % self.line.len(); y }\n\
+         pub fn tap(&self) -> f32 { self.line[self.at] }\n\
+         pub fn insert(&mut self, x: f32) { self.line[self.at] = x; self.at = (self.at + 1) % self.line.len(); }\n\
+         pub fn seek(&mut self, by: f32) { self.line[self.at] = 0.0; self.at += by as usize; }\n\
+         pub fn flush(&mut self) { let n = self.at; self.line[n] = 0.0; self.at = n * 0; }\n}\n\
+         pub fn run(mut first: DelayLine, mut second: DelayLine) {\n\
+         loop { let x = first.process(1.0); let y = second.tap() + x; second.insert(y); second.seek(1.0); second.flush(); } }\n";
+    let text = written_for("twins", code);
+    assert!(text.contains("law = [[\"process\", \"insert\"]]"), "{text}");
+    // What runs on the same one beside the law is a part of the step.
+    let beside = code.replace("second.insert(y)", "first.insert(y)");
+    let text = written_for("twins_beside", &beside);
+    assert!(text.contains("law = \"process\""), "{text}");
+}

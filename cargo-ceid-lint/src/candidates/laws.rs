@@ -212,11 +212,14 @@ impl<'a> Finder<'a> {
         // One argument means the same in all methods of the law.
         let mut selectors = ids.iter().map(|id| self.selector(*id));
         let key = selectors.next().flatten().filter(|key| selectors.all(|other| other == Some(*key)));
-        let law = groups(&names, &self.whole_steps(&ids));
+        let mut law = groups(&names, &self.whole_steps(&ids));
         // Both halves of a law, each seen at work in a cycle, say as much as a law of one method.
         let are_at_work = laws.iter().all(|judged| !judged.carried.is_empty() && judged.uses.in_cycles > 0);
         let is_one = names.len() == 1 || (names.len() == 2 && law.len() == 2 && are_at_work);
         let uses = laws.iter().fold(Uses::default(), |uses, judged| uses.and(judged.uses));
+        if let [(group, _)] = law.as_mut_slice() {
+            group.extend(self.twins(methods, &ids));
+        }
         let is_shared = laws.iter().all(|judged| judged.is_shared);
         Some(Found {
             name: def.name.clone(),
@@ -346,7 +349,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Whether a method calls another one of its own type.
-    fn reaches(&self, from: FunctionId, to: FunctionId) -> bool {
+    pub(super) fn reaches(&self, from: FunctionId, to: FunctionId) -> bool {
         self.conduct(from).helpers.contains(&to)
     }
 
@@ -455,7 +458,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-fn is_reset(name: &str) -> bool {
+pub(super) fn is_reset(name: &str) -> bool {
     matches!(first(name), "reset" | "clear" | "restart")
 }
 

@@ -13,6 +13,7 @@ mod outside;
 mod paths;
 mod selected;
 mod traits;
+mod twins;
 mod uses;
 mod words;
 

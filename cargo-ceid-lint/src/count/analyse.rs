@@ -139,6 +139,7 @@ fn function_facts<'a>(
                             && let Some(place) = place_of(given, site)
                         {
                             hiding.extend(dispatched::hidden_at(program.index, graph, &aliases, &place, cause));
+                            hiding.extend(dispatched::filters_before(program.index, graph, &aliases, &place));
                             places.extend(filters_at(program.index, graph, &aliases, &place));
                         }
                     }

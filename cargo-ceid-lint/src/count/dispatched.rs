@@ -7,7 +7,7 @@ use super::aliases::Aliases;
 use super::callgraph::{callees, components};
 use super::counts::Count;
 use super::given::{Given, GivenBase};
-use super::instances::place_ty;
+use super::instances::{place_ty, types_behind};
 use super::outcome::Outcome;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place, Projection};
@@ -74,6 +74,17 @@ pub(super) fn hidden_at(
     let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
     roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
     roots
+}
+
+/// The trait objects and the like that a place lies behind, where a filter may be that nothing but its own type tells: what is not
+/// known of its parts is told of it as a whole.
+pub(super) fn filters_before(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
+    let is_open = |whole: &Place| matches!(place_ty(index, graph, whole), Some(Ty::Opaque(_) | Ty::Param(_)));
+    let wholes = aliases.roots(place).into_iter().filter_map(|root| {
+        let mut before = (0..root.steps.len()).map(|at| Place { base: root.base, steps: root.steps[..at].to_vec() });
+        before.find(is_open)
+    });
+    wholes.filter(|whole| !types_behind(index, graph, whole).is_empty()).collect()
 }
 
 /// Whether a call that [`mark`] has marked at a node is one update of whatever is there, all the same: each of the bodies is the law of

@@ -81,10 +81,25 @@ pub(super) const MAX_PLACES: usize = 64;
 /// The same for numbers that were passed on by value, of which there are more.
 pub(super) const MAX_NUMBERS: usize = 512;
 
-/// Takes places together by their parameters where there are too many.
+/// Takes places together where there are too many: those that lie deepest by what they lie in, and so on up to the parameters.
 pub(super) fn bound(places: &mut BTreeSet<Given>) {
-    if places.len() > MAX_PLACES {
-        *places = places.iter().map(Given::whole).collect();
+    while places.len() > MAX_PLACES {
+        let deepest = places.iter().map(|given| given.steps.len()).max().unwrap_or_default();
+        if deepest == 0 {
+            return;
+        }
+        let taken = std::mem::take(places).into_iter().map(|mut given| {
+            given.steps.truncate(deepest - 1);
+            given
+        });
+        *places = taken.collect();
+        // What lies in one of them is told with it.
+        let is_part = |given: &Given| {
+            (0..given.steps.len())
+                .any(|at| places.contains(&Given { base: given.base, steps: given.steps[..at].to_vec() }))
+        };
+        let parts: Vec<Given> = places.iter().filter(|given| is_part(given)).cloned().collect();
+        places.retain(|given| !parts.contains(given));
     }
 }
 

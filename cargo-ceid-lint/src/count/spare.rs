@@ -1,7 +1,9 @@
 //! Filters that one owner of them, or one cycle, leaves alone, while other code runs those of other owners.
 
 use super::analyse::{Context, FunctionFacts};
+use super::instances::place_ty;
 use crate::flow::{Effect, IndexKey, Place};
+use crate::index::{Owner, Ty};
 
 impl Context<'_> {
     /// Whether an element lies in an owner that the function made for itself and that has more of them than it needs here: no code
@@ -27,6 +29,20 @@ impl Context<'_> {
         let graph = facts.graph;
         let is_lent = place.base_var().is_none_or(|var| graph.var(var).param.is_some());
         is_lent && self.fields.is_selected_elsewhere(self.program.index, graph, place)
+    }
+
+    /// Whether a function of a filter's own type makes one to work something out of it: `let own = Self::default(); own.rate()`, or to
+    /// fill a table that others read. What runs there is what the type is made of.
+    pub(super) fn is_own_tool(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let index = self.program.index;
+        let Owner::Impl(of) = index.function(facts.graph.function).owner else { return false };
+        let of_impl = match &index.impl_def(of).self_ty {
+            Ty::Adt(id, _) => *id,
+            _ => return false,
+        };
+        let is_own = matches!(place_ty(index, facts.graph, place), Some(Ty::Adt(id, _)) if id == of_impl);
+        let uses = self.uses(facts, place);
+        is_own && (uses.read || uses.looked_into || uses.written || uses.fed)
     }
 
     /// Whether a filter lies in a value that the function makes for itself and only looks at: it holds settings here.

@@ -93,6 +93,8 @@ pub struct LoopInfo {
     pub rounds: Rounds,
     /// Variables that name an element in each round, and the collection's elements.
     pub items: Vec<(Var, Place)>,
+    /// Where the ways begin of items that are of one of several iterators, with the variables that name those of this one.
+    pub chained: Vec<(NodeId, Vec<Var>)>,
     /// The variable that counts the rounds or elements, and its first value if that is known.
     pub counter: Option<(Var, Option<u64>)>,
     /// Whether it counts from its last number down to the first one.
@@ -104,6 +106,8 @@ pub struct LoopInfo {
     pub limits: Vec<Limit>,
     /// Every variable that its head binds.
     pub bound: Vec<Var>,
+    /// The collection that it goes over by its counter and takes elements out of, each of which has one round all the same.
+    pub takes_out: Option<Place>,
     /// Collections that are indexed with the counter.
     pub indexes: Vec<Place>,
     /// The collection that it runs over, if it has a name.

@@ -206,7 +206,8 @@ impl Search<'_> {
             for (edge, next) in self.graph.node(node).next.iter().enumerate() {
                 let heads = asked.map_or(0, |(test, _)| if edge == 0 { test.holds } else { test.fails });
                 if possible.is_none_or(|possible| possible & heads != 0) {
-                    open.extend(all.iter().map(|reached| (*next, *reached)));
+                    let own = all.iter().filter(|reached| !self.is_of_another(&known.get(**reached).0, *next));
+                    open.extend(own.map(|reached| (*next, *reached)));
                 }
             }
         }

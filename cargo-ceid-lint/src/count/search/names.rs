@@ -133,6 +133,15 @@ impl Search<'_> {
         names.iter().filter(|name| !is_of_round(info, name) || **name == *self.instance).cloned().collect()
     }
 
+    /// Whether an edge leads to the items of one iterator where the instance is one of another that goes before or behind it.
+    pub(super) fn is_of_another(&self, names: &[Place], to: NodeId) -> bool {
+        let graph = self.graph;
+        let Some(info) = graph.node(to).in_loop.map(|id| graph.loop_info(id)) else { return false };
+        let Some((_, own)) = info.chained.iter().find(|(begin, _)| *begin == to) else { return false };
+        let is_named = |vars: &[Var]| names.iter().filter_map(Place::base_var).any(|var| vars.contains(&var));
+        !is_named(own) && info.chained.iter().any(|(_, others)| is_named(others))
+    }
+
     /// Whether an index is a counter that begins behind the element.
     pub(super) fn counts_behind(&self, place: &Place, name: &Place) -> bool {
         let first = |var: Var| {

@@ -31,7 +31,15 @@ impl Run<'_, '_> {
     fn is_amid_pass(&self, state: &State, place: &Place) -> bool {
         let graph = self.search.graph;
         let own = |id| self.region == Region::Loop(id);
-        let around: Vec<_> = graph.loops_around(state.node).take_while(|id| !own(*id)).collect();
+        // A loop that takes elements out of what it goes over knows where the others go.
+        let takes_out = |id| {
+            let pool = graph.loop_info(id).takes_out.as_ref();
+            pool.is_some_and(|pool| {
+                pool.base == place.base && place.steps.split_last().map(|(_, rest)| rest) == Some(&pool.steps)
+            })
+        };
+        let around: Vec<_> =
+            graph.loops_around(state.node).take_while(|id| !own(*id)).filter(|id| !takes_out(*id)).collect();
         // Each collection around has a loop of its own that goes over it.
         let roots = self.search.aliases.shared_roots(place);
         let collections = |root: &Place| root.steps.iter().filter_map(Projection::key).count();

@@ -134,7 +134,7 @@ impl<'s, 'a> Run<'s, 'a> {
     /// Follows an edge: the way may end with it.
     pub(super) fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
-        if graph.node(to).debug_only.is_some() {
+        if graph.node(to).debug_only.is_some() || self.search.is_of_another(self.names.get(state.names), to) {
             return;
         }
         let mut state = state;

@@ -34,6 +34,7 @@ impl Builder<'_> {
         }
         self.note_put_into(method, receiver, args);
         self.note_taken_out(method, &value);
+        self.leaves_pool(id, method, &value, args);
         match method {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {

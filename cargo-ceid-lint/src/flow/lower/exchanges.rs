@@ -64,6 +64,7 @@ impl Builder<'_> {
         let Some(place) = value.place.clone() else { return false };
         let span = self.span(id);
         self.values(args);
+        self.leaves_pool(id, method, value, args);
         let key = |this: &mut Self, arg: &ExprId| match this.index_key(*arg)? {
             IndexKey::Number(number) => Some(place.element(IndexKey::Number(number))),
             _ => None,

@@ -1,10 +1,12 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+mod chains;
+
 use super::carried::State;
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{
-    Cause, Computed, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var,
+    Cause, Computed, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Test, Transfer, Var,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -27,6 +29,17 @@ enum Stops {
     Anywhere,
     /// This result of it is missing if it did.
     AndTells(Var),
+}
+
+/// A loop whose round begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begun {
+    pub(super) id: LoopId,
+    pub(super) kind: CycleKind,
+    pub(super) head: NodeId,
+    /// The first node of the round.
+    pub(super) round: NodeId,
+    pub(super) keyword: Span,
 }
 
 impl Builder<'_> {
@@ -366,28 +379,6 @@ impl Builder<'_> {
         }
     }
 
-    /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
-    fn chain(&mut self, receiver: ExprId, args: &[ExprId]) -> Source {
-        let source = self.source(receiver);
-        let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
-        let rounds = match (&source.rounds, &other.rounds) {
-            (Rounds::Unbounded, _) | (_, Rounds::Unbounded) => Rounds::Unbounded,
-            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(a.saturating_add(*b)),
-            _ => Rounds::Bounded,
-        };
-        let passes_over = source.passes() || other.passes();
-        let item = source.item.or(&other.item);
-        let Some(item) = item.filter(|_| source.stages.is_empty() && other.stages.is_empty()) else {
-            let cause = Cause::Code("a chain of iterators".to_owned());
-            for source in [source, other] {
-                let value = Value { iterator: Some(std::rc::Rc::new(source)), ..Value::default() };
-                self.keep_iterator(&value, &cause, self.span(receiver));
-            }
-            return Source { rounds, passes_over, in_order: false, ..Source::bounded() };
-        };
-        Source { item, rounds, passes_over, in_order: false, ..Source::bounded() }
-    }
-
     /// What `copied` or `cloned` gives of elements.
     fn copied_item(&mut self, item: Item, receiver: ExprId) -> Item {
         let of_iterator = match self.ty(receiver) {
@@ -425,7 +416,7 @@ impl Builder<'_> {
             "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
             | "deref_mut" | "par_iter" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
-                let source = self.source(receiver);
+                let source = self.unchained(receiver);
                 let item = self.copied_item(source.item.clone(), receiver);
                 Source { item, ..source }
             }
@@ -460,7 +451,7 @@ impl Builder<'_> {
                 source.thinned(method, number)
             }
             "flatten" if self.gives_rows(receiver) => {
-                let source = self.source(receiver);
+                let source = self.unchained(receiver);
                 let item = match source.item {
                     Item::Element(place) => Item::Element(place.element(IndexKey::Each)),
                     _ => Item::Opaque,
@@ -635,7 +626,7 @@ impl Builder<'_> {
         if matches!(stops, Stops::Anywhere | Stops::AndTells(_)) {
             self.note_advanced(receiver);
         }
-        if closure.is_none() && source.stages.is_empty() {
+        if closure.is_none() && !source.has_closures() {
             return Some(picked);
         }
         let state = match (method, args, values.as_slice()) {
@@ -806,7 +797,7 @@ impl Builder<'_> {
     /// Runs an iterator whose items go into a collection.
     pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
         let consumer = Consumer { state: State::None, stops: Stops::Never, gathers: true };
-        if !source.stages.is_empty() && !source.is_choice {
+        if source.has_closures() && !source.is_choice {
             self.consume(id, source.clone(), None, consumer);
         }
     }
@@ -852,35 +843,21 @@ impl Builder<'_> {
         self.link(head, round);
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
-        let mut item = self.item_value(id, &source.item, &source.reads, keyword);
-        let mut acting: Option<ClosureRef> = None;
-        for (number, stage) in source.stages.iter().enumerate() {
-            if let (0, Some(closure)) = (number, stage.closure()) {
-                self.note_given_item(id, closure, 0, &source.item);
+        let begun = Begun { id, kind, head, round, keyword };
+        let (item, acting, is_told) = match &source.item {
+            Item::Chained(items) => {
+                let (item, is_told) = self.one_behind_another(&begun, items, &source.reads);
+                let (item, acting, _) = self.run_stages(&begun, &source.item, &source.stages, item);
+                (item, acting, is_told)
             }
-            let first = self.graph.nodes.len();
-            let acts_before = self.acts_since(round.0 as usize);
-            item = match stage {
-                Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
-                _ => self.stage(id, *stage, item, head, keyword, source.item.has_lent()),
-            };
-            // What a filter does to each element is done to those as well that it leaves out. So are its questions: they say why.
-            let is_told =
-                |test: &Test| test.about.rest.is_some() || (source.item.has_lent() && !test.about.reads.is_empty());
-            let asks = |this: &Self| {
-                let mut nodes = this.graph.nodes[first..].iter();
-                nodes.any(|node| matches!(&node.effect, Effect::Branch(test) if is_told(test)))
-            };
-            if matches!(stage, Stage::Filter(_)) && !source.passes_over && (self.acts_since(first) || asks(self)) {
-                let info = &mut self.graph.loops[id.0 as usize];
-                (info.passes_over, info.in_order) = (false, source.in_order);
+            kind => {
+                let item = self.item_value(id, kind, &source.reads, keyword);
+                self.run_stages(&begun, kind, &source.stages, item)
             }
-            // The first closure that does something is what a reader takes for the cycle.
-            if let (CycleKind::Closure, None, Some(closure)) = (kind, acting, stage.closure())
-                && self.acts_since(first)
-            {
-                acting = Some(closure);
-            }
+        };
+        if is_told && !source.passes_over {
+            let info = &mut self.graph.loops[id.0 as usize];
+            (info.passes_over, info.in_order) = (false, source.in_order);
         }
         if let Some(closure) = acting {
             self.graph.loops[id.0 as usize].keyword = self.bar(closure);
@@ -899,16 +876,48 @@ impl Builder<'_> {
         self.resume_if_reached(after);
     }
 
-    /// A stage of the chain in the round.
-    fn stage(
+    /// The stages of a chain in the round; with the item, the first closure that does something, and whether what a filter leaves
+    /// out has a round all the same, since something is done to it or asked of it.
+    pub(super) fn run_stages(
         &mut self,
-        id: LoopId,
-        stage: Stage,
-        item: Value,
-        head: crate::flow::NodeId,
-        span: Span,
-        is_lent: bool,
-    ) -> Value {
+        begun: &Begun,
+        kind: &Item,
+        stages: &[Stage],
+        mut item: Value,
+    ) -> (Value, Option<ClosureRef>, bool) {
+        let Begun { id, head, keyword, .. } = *begun;
+        let mut acting: Option<ClosureRef> = None;
+        let mut is_round = false;
+        let has_lent = kind.has_lent();
+        for (number, stage) in stages.iter().enumerate() {
+            if let (0, Some(closure)) = (number, stage.closure()) {
+                self.note_given_item(id, closure, 0, kind);
+            }
+            let first = self.graph.nodes.len();
+            let acts_before = self.acts_since(begun.round.0 as usize);
+            item = match stage {
+                Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
+                _ => self.stage(id, *stage, item, head, keyword, has_lent),
+            };
+            // What a filter does to each element is done to those as well that it leaves out. So are its questions: they say why.
+            let is_told = |test: &Test| test.about.rest.is_some() || (has_lent && !test.about.reads.is_empty());
+            let asks = |this: &Self| {
+                let mut nodes = this.graph.nodes[first..].iter();
+                nodes.any(|node| matches!(&node.effect, Effect::Branch(test) if is_told(test)))
+            };
+            is_round |= matches!(stage, Stage::Filter(_)) && (self.acts_since(first) || asks(self));
+            // The first closure that does something is what a reader takes for the cycle.
+            if let (CycleKind::Closure, None, Some(closure)) = (begun.kind, acting, stage.closure())
+                && self.acts_since(first)
+            {
+                acting = Some(closure);
+            }
+        }
+        (item, acting, is_round)
+    }
+
+    /// A stage of the chain in the round.
+    fn stage(&mut self, id: LoopId, stage: Stage, item: Value, head: NodeId, span: Span, is_lent: bool) -> Value {
         let first = self.graph.nodes.len();
         let Some(closure) = stage.closure() else { return self.numbered(id, item, span) };
         if matches!(stage, Stage::Filter(_)) && self.at.is_some() {
@@ -958,7 +967,7 @@ impl Builder<'_> {
     }
 
     /// Leaves an item out, which is a round of its own, or none: then the loop goes on with the next item.
-    fn leave_out(&mut self, head: crate::flow::NodeId, is_round: bool, span: Span) {
+    fn leave_out(&mut self, head: NodeId, is_round: bool, span: Span) {
         if is_round {
             self.jump(head);
         } else {
@@ -1061,7 +1070,7 @@ impl Builder<'_> {
     }
 
     /// Drops an item after its closures have run, or goes on with it.
-    fn skipped(&mut self, id: LoopId, item: Value, head: crate::flow::NodeId, span: Span) -> Value {
+    fn skipped(&mut self, id: LoopId, item: Value, head: NodeId, span: Span) -> Value {
         if self.at.is_some() {
             // As many rounds as there are items, not as there are results.
             self.graph.loops[id.0 as usize].rounds = Rounds::Bounded;
@@ -1084,7 +1093,7 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
+    pub(super) fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made | Item::Drawn(..) => {
                 let var = self.temporary(Ty::Unknown, span);
@@ -1126,6 +1135,7 @@ impl Builder<'_> {
                 self.skip_absent(id, &value, span);
                 value
             }
+            Item::Chained(items) => self.one_of_chained(id, items, reads, span),
             Item::Staged(inner, stages) => {
                 let mut value = self.item_value(id, inner, reads, span);
                 for stage in stages {

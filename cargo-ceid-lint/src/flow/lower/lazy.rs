@@ -249,7 +249,7 @@ fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::Cl
         Item::Element(place) | Item::Chunk(place) | Item::Same(place) | Item::Beside(place, _) => {
             found.push(place.clone());
         }
-        Item::Tuple(items) | Item::OneOf(items) => {
+        Item::Tuple(items) | Item::OneOf(items) | Item::Chained(items) => {
             for item in items {
                 lent_places(item, found, closures);
             }

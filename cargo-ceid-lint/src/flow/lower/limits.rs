@@ -28,25 +28,45 @@ struct Count {
 impl Builder<'_> {
     /// `while i < n { …; i += 1 }` counts, and so does `while n > 0 { n -= 1; … }`; any other `while` is unbounded.
     pub(super) fn rounds_of_while(&mut self, label: Option<&String>, condition: ExprId, body: ExprId) -> WhileRounds {
-        let tree = self.body();
-        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return WhileRounds::unbounded() };
-        if *op == "&&" {
+        match &self.body().expr(condition).kind {
             // What else is asked can only end it earlier.
-            let mut parts = [*lhs, *rhs].into_iter().map(|part| self.rounds_of_while(label, part, body));
-            let counts = parts.find(|found| found.rounds != Rounds::Unbounded);
-            return counts.map_or_else(WhileRounds::unbounded, |found| WhileRounds {
-                rounds: Rounds::Bounded,
-                limits: vec![Limit::Unknown],
-                ..found
-            });
+            ExprKind::Binary { op: "&&", lhs, rhs } => {
+                let mut parts = [*lhs, *rhs].into_iter().map(|part| self.rounds_of_while(label, part, body));
+                let counts = parts.find(|found| found.rounds != Rounds::Unbounded);
+                counts.map_or_else(WhileRounds::unbounded, WhileRounds::at_most)
+            }
+            ExprKind::Binary { op, .. } => self.rounds_while(label, op, condition, body),
+            _ => WhileRounds::unbounded(),
         }
+    }
+
+    /// The same for a comparison by another operator than the one that is written: `loop { if i >= n { break; } … }`.
+    pub(super) fn rounds_while(
+        &mut self,
+        label: Option<&String>,
+        op: &str,
+        condition: ExprId,
+        body: ExprId,
+    ) -> WhileRounds {
+        let ExprKind::Binary { lhs, rhs, .. } = &self.body().expr(condition).kind else {
+            return WhileRounds::unbounded();
+        };
         // What is compared, with what, and whether it is to be the less of the two.
-        let sides = match *op {
+        let sides = match op {
             "<" | "<=" => [(*lhs, *rhs, Some(true)), (*rhs, *lhs, Some(false))],
             ">" | ">=" => [(*rhs, *lhs, Some(true)), (*lhs, *rhs, Some(false))],
             "!=" => [(*lhs, *rhs, None), (*rhs, *lhs, None)],
             _ => return WhileRounds::unbounded(),
         };
+        for (counter, limit, is_less) in sides {
+            let Some(local) = self.typed().expr_local.get(&counter).copied() else { continue };
+            if is_less != Some(false)
+                && matches!(op, "<" | ">" | "!=")
+                && let Some(counted) = self.rounds_of_pool(label, (local, limit), condition, body)
+            {
+                return counted;
+            }
+        }
         let counted = sides.into_iter().find_map(|(counter, limit, is_less)| {
             let local = self.typed().expr_local.get(&counter).copied()?;
             let count = self.counts_by_one(local, body)?;
@@ -63,7 +83,7 @@ impl Builder<'_> {
         // What is declared outside the loop around is where it was left when that comes round again.
         let is_fresh = count.is_only_change && self.graph.var(var).in_loop == self.loops.last().copied();
         let first = self.initials.get(&var).copied().filter(|_| is_fresh);
-        let is_last = matches!(*op, "<=" | ">=");
+        let is_last = matches!(op, "<=" | ">=");
         let end = self.number(limit);
         let rounds = match (first, end) {
             (Some(first), Some(end)) => {
@@ -83,7 +103,8 @@ impl Builder<'_> {
             false => (None, vec![Limit::Unknown]),
         };
         let in_order = count.goes_up && first.is_some() && !self.goes_on_in(label, body, 0..count.span.start);
-        WhileRounds { rounds, counter: Some((var, first)), limits, counts_down: !count.goes_up, in_order }
+        let counter = Some((var, first));
+        WhileRounds { rounds, counter, limits, counts_down: !count.goes_up, in_order, takes_out: None }
     }
 
     /// The value that a variable is declared with.

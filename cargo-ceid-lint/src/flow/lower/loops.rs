@@ -1,5 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
+mod counting;
+
 use rustc_hash::FxHashMap;
 
 use super::exits::{Scope, ScopeKind};
@@ -17,11 +19,39 @@ pub(super) struct WhileRounds {
     pub(super) counts_down: bool,
     /// Whether each round has the number that follows that of the one before.
     pub(super) in_order: bool,
+    /// The collection out of which the rounds take elements.
+    pub(super) takes_out: Option<Place>,
 }
 
 impl WhileRounds {
     pub(super) fn unbounded() -> Self {
-        Self { rounds: Rounds::Unbounded, counter: None, limits: Vec::new(), counts_down: false, in_order: false }
+        Self {
+            rounds: Rounds::Unbounded,
+            counter: None,
+            limits: Vec::new(),
+            counts_down: false,
+            in_order: false,
+            takes_out: None,
+        }
+    }
+
+    /// The same where something else may end it earlier.
+    pub(super) fn at_most(self) -> Self {
+        Self {
+            rounds: Rounds::Bounded,
+            counter: None,
+            limits: vec![Limit::Unknown],
+            in_order: false,
+            takes_out: None,
+            ..self
+        }
+    }
+
+    /// Tells a loop what is known of its rounds.
+    pub(super) fn tell(self, info: &mut LoopInfo) {
+        info.bound.extend(self.counter.map(|(var, _)| var));
+        (info.rounds, info.counter, info.limits) = (self.rounds, self.counter, self.limits);
+        (info.counts_down, info.in_order, info.takes_out) = (self.counts_down, self.in_order, self.takes_out);
     }
 }
 
@@ -54,6 +84,14 @@ impl Builder<'_> {
         self.scopes.pop();
     }
 
+    /// The variable for what `break` gives in the innermost loop.
+    pub(super) fn value_of_loop(&self) -> Option<Var> {
+        match self.scopes.last().map(|scope| &scope.kind) {
+            Some(ScopeKind::Breakable { value, .. }) => Some(*value),
+            _ => None,
+        }
+    }
+
     /// Leaves the innermost loop.
     pub(super) fn break_out(&mut self, _span: Span) {
         let after = self.scopes.iter().rev().find_map(|scope| match &scope.kind {
@@ -76,6 +114,8 @@ impl Builder<'_> {
             head: NodeId(0),
             rounds,
             items: Vec::new(),
+            chained: Vec::new(),
+            takes_out: None,
             counter: None,
             counts_down: false,
             is_mirrored: false,
@@ -113,7 +153,7 @@ impl Builder<'_> {
         }
     }
 
-    fn begin_loop(&mut self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopId {
+    pub(super) fn begin_loop(&mut self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopId {
         let info = self.plain_loop(kind, keyword, rounds, text);
         let id = self.add_loop(info);
         self.emit(Effect::LoopEnter(id), keyword);
@@ -126,16 +166,16 @@ impl Builder<'_> {
         {
             return value;
         }
+        if let Some(value) = self.counting_loop(id, label, keyword, body) {
+            return value;
+        }
         let this_loop = self.begin_loop(CycleKind::Loop, keyword, Rounds::Unbounded, "loop".to_owned());
         let after = self.add_node(Effect::Nothing, self.span(id));
         self.loops.push(this_loop);
         let head = self.emit(Effect::LoopHead(this_loop), keyword);
         self.graph.loops[this_loop.0 as usize].head = head;
         self.push_loop_scope(label, after, head, keyword);
-        let value = match self.scopes.last().map(|scope| &scope.kind) {
-            Some(ScopeKind::Breakable { value, .. }) => Some(*value),
-            _ => None,
-        };
+        let value = self.value_of_loop();
         self.expr(body);
         self.pop_loop_scope();
         self.jump(head);
@@ -157,20 +197,17 @@ impl Builder<'_> {
         {
             return value;
         }
-        let WhileRounds { rounds, counter, limits, counts_down, in_order } =
-            self.rounds_of_while(label, condition, body);
+        let mut counted = self.rounds_of_while(label, condition, body);
+        let is_counted = counted.counter.is_some();
         let text = self.text(condition);
         let drains = self.is_drain(condition);
-        let rounds = if drains { Rounds::Bounded } else { rounds };
-        let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
+        if drains {
+            counted.rounds = Rounds::Bounded;
+        }
+        let this_loop = self.begin_loop(CycleKind::While, keyword, Rounds::Unbounded, text);
         let info = &mut self.graph.loops[this_loop.0 as usize];
-        info.bound.extend(counter.map(|(var, _)| var));
-        // Where something else is asked as well, the rounds may end earlier than they are counted.
-        let counter =
-            counter.filter(|_| !matches!(self.body().expr(condition).kind, ExprKind::Binary { op: "&&", .. }));
-        let info = &mut self.graph.loops[this_loop.0 as usize];
-        (info.counter, info.limits, info.counts_down) = (counter, limits, counts_down);
-        (info.in_order, info.drains) = (in_order, drains);
+        info.drains = drains;
+        counted.tell(info);
         let after = self.add_node(Effect::Nothing, self.span(id));
         self.loops.push(this_loop);
         let head = self.emit(Effect::LoopHead(this_loop), keyword);
@@ -178,7 +215,7 @@ impl Builder<'_> {
         let done = self.add_node(Effect::Nothing, keyword);
         self.push_loop_scope(label, after, head, keyword);
         self.open_block();
-        if counter.is_some() {
+        if is_counted {
             // The rounds are counted, so the condition says nothing more.
             let round = self.add_node(Effect::Nothing, keyword);
             self.link(head, round);

@@ -58,6 +58,7 @@ mod passed_over;
 mod patterns;
 mod payloads;
 mod places;
+mod pools;
 mod presence;
 mod pure;
 mod put_back;

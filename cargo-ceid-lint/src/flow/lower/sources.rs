@@ -29,6 +29,8 @@ pub(super) enum Item {
     Present(Box<Self>),
     /// One of these, those of the first kind before those of the next.
     OneOf(Vec<Self>),
+    /// One of these, each with its own shape and closures.
+    Chained(Vec<Self>),
     /// Several at once.
     Tuple(Vec<Self>),
 }
@@ -40,7 +42,7 @@ impl Item {
             Self::Element(place) => found.push(place.element(IndexKey::Each)),
             Self::Chunk(place) => found.push(place.slice(Section::chunk())),
             Self::Same(place) => found.push(place.clone()),
-            Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
+            Self::OneOf(items) | Self::Chained(items) => items.iter().for_each(|item| item.lends(found)),
             Self::Staged(item, _) | Self::Present(item) => item.lends(found),
             Self::Opaque | Self::Drawn(..) | Self::Beside(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
         }
@@ -66,7 +68,8 @@ impl Item {
                 let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
                 Some(Self::Tuple(parts.collect::<Option<_>>()?))
             }
-            (Self::Tuple(_) | Self::Staged(..), _) | (_, Self::Tuple(_) | Self::Staged(..)) => None,
+            (Self::Tuple(_) | Self::Staged(..) | Self::Chained(_), _)
+            | (_, Self::Tuple(_) | Self::Staged(..) | Self::Chained(_)) => None,
             (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
             _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
         }
@@ -109,7 +112,8 @@ impl Item {
     /// Whether it is such a place, or has one in it.
     pub(super) fn has_lent(&self) -> bool {
         match self {
-            Self::Tuple(items) => items.iter().any(Self::has_lent),
+            Self::Tuple(items) | Self::Chained(items) => items.iter().any(Self::has_lent),
+            Self::Staged(item, _) => item.has_lent(),
             item => item.is_lent(),
         }
     }

@@ -4,7 +4,9 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Head, NodeId, Place, Transfer, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, Literal, PatId, PatKind, Receiver, Stmt, StmtKind};
+use crate::syntax::tree::{
+    Block, BlockKind, CfgKey, ExprId, ExprKind, Literal, PatId, PatKind, Receiver, Stmt, StmtKind,
+};
 use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
