@@ -164,7 +164,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     }
     if decision.verdict != Verdict::Repeated && search.is_led_to_by_elements() {
         let cause = Cause::Limit("several elements of a collection may be references to it".to_owned());
-        return Decision { primary: decision.primary, ..Decision::unproved(cause) };
+        return Decision { primary: decision.primary, counts: decision.counts, ..Decision::unproved(cause) };
     }
     if decision.verdict.is_proved() && search.is_chosen_by_callee() {
         return Decision { primary: decision.primary, ..Decision::unproved(which_variant()) };

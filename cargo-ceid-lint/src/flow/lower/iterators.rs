@@ -626,6 +626,11 @@ impl Builder<'_> {
         if matches!(stops, Stops::Anywhere | Stops::AndTells(_)) {
             self.note_advanced(receiver);
         }
+        let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") || picks_one(method);
+        if let (true, Item::Element(collection)) = (gathers, &source.item) {
+            // The references to the elements go into another collection.
+            self.graph.lent_away.insert(collection.clone());
+        }
         if closure.is_none() && !source.has_closures() {
             return Some(picked);
         }
@@ -635,8 +640,6 @@ impl Builder<'_> {
             _ if is_keyed => State::Carried(None),
             _ => State::None,
         };
-        let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") || picks_one(method);
-        self.graph.lent_away.extend(source.over.clone().filter(|_| gathers));
         if method == "partition" && source.keeps_items() {
             // Which of the two collections has an element is not known.
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
