@@ -1,8 +1,8 @@
 //! Iterators one behind another: `bank.iter_mut().chain(once(&mut spare).filter(|lag| lag.is_on))`. Each keeps its own closures.
 
+use super::super::sources::{Item, Source, Stage};
+use super::super::{Builder, Value};
 use super::Begun;
-use crate::flow::lower::sources::{Item, Source, Stage};
-use crate::flow::lower::{Builder, Value};
 use crate::flow::{About, Cause, LoopId, NodeId, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;

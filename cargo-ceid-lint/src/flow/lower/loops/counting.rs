@@ -1,6 +1,6 @@
 //! `loop { if i == n { break; } …; i += 1; }` counts as `while i != n { …; i += 1; }` does.
 
-use crate::flow::lower::{Builder, Value};
+use super::super::{Builder, Value};
 use crate::flow::{CycleKind, Effect, Place, Rounds};
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId, ExprKind, StmtKind};
