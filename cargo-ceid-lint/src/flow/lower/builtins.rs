@@ -339,7 +339,12 @@ impl Builder<'_> {
                 let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
                 values.into_iter().next().unwrap_or_default()
             }
-            "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
+            "clone"
+                if self.is_shared_handle(receiver)
+                    || self.program.index.refers_to_filters(self.ty(receiver).peel()) =>
+            {
+                Value { is_owned: false, ..value.clone() }
+            }
             "fill_with" if args.len() == 1 => {
                 if let Some(closure) = self.expr(args[0]).closure {
                     self.fill_loop(closure, span);

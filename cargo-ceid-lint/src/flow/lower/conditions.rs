@@ -443,8 +443,8 @@ fn makes_number(path: &str) -> bool {
 /// What a method asks of an option or result.
 pub(super) fn presence_head(method: &str) -> Option<&'static str> {
     match method {
-        "is_some" | "is_ok" => Some("+"),
-        "is_none" | "is_err" => Some("-"),
+        "is_some" | "is_ok" | "is_continue" => Some("+"),
+        "is_none" | "is_err" | "is_break" => Some("-"),
         _ => None,
     }
 }

@@ -24,6 +24,8 @@ impl Builder<'_> {
             Some(leaves_by) => leaves_by,
             None if is_result() => Transfer::Move,
             None if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
+            // Both lead to the same from then on.
+            None if self.program.index.refers_to_filters(ty) && self.program.index.is_copy(ty) => Transfer::Borrow,
             None => Transfer::Move,
         }
     }

@@ -197,8 +197,8 @@ impl Builder<'_> {
 pub(super) fn external_head(path: &str) -> Head {
     match path.rsplit("::").next().unwrap_or(path) {
         // `Ready` ends a future as `None` ends an iterator.
-        "Some" | "Ok" | "Pending" => "+".to_owned(),
-        "None" | "Err" | "Ready" => "-".to_owned(),
+        "Some" | "Ok" | "Pending" | "Continue" => "+".to_owned(),
+        "None" | "Err" | "Ready" | "Break" => "-".to_owned(),
         name => name.to_owned(),
     }
 }
