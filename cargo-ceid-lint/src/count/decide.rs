@@ -162,7 +162,8 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     if decision.verdict.is_proved() && taken_out::goes_back(search, region) {
         return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
     }
-    if decision.verdict != Verdict::Repeated && search.is_led_to_by_elements() {
+    if decision.verdict != Verdict::Repeated && (search.is_led_to_by_elements() || search.is_behind_shared_references())
+    {
         let cause = Cause::Limit("several elements of a collection may be references to it".to_owned());
         return Decision { primary: decision.primary, counts: decision.counts, ..Decision::unproved(cause) };
     }

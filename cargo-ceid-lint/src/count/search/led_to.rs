@@ -1,7 +1,9 @@
 //! Collections whose elements are references: several of them may lead to one filter.
 
 use super::Search;
+use crate::count::declared::declared_ty;
 use crate::flow::{Effect, IndexKey, NodeId, Place, Projection};
+use crate::index::Ty;
 
 impl Search<'_> {
     /// Whether something updates the instance through each of the elements of a collection that does not hold it, several of which may
@@ -25,6 +27,18 @@ impl Search<'_> {
     /// Whether a value is a name of the instance, or something in it is.
     fn is_part_led_to(&self, from: &Place) -> bool {
         self.aliases.parts(from).iter().any(|(_, root)| self.is_among(std::slice::from_ref(root), false))
+    }
+
+    /// Whether the instance is each of what the shared references in a collection of this function lead to, so that two of them may
+    /// lead to one filter: `let users: Vec<&Chip> = (0..2).map(|_| &chip).collect();`
+    pub(in crate::count) fn is_behind_shared_references(&self) -> bool {
+        let place = self.instance;
+        let is_own = place.base_var().is_some_and(|var| self.graph.var(var).param.is_none());
+        let each = place.steps.iter().position(|step| step.key() == Some(&IndexKey::Each));
+        each.filter(|_| is_own).is_some_and(|at| {
+            let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+            matches!(declared_ty(self.program.index, self.graph, &element), Some(Ty::Ref(false, _)))
+        })
     }
 
     /// Whether several elements of a collection, or each of them, are names of the instance.
