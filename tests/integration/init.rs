@@ -569,10 +569,10 @@ fn what_does_the_same_to_the_state_is_the_same_law() {
          pub fn flush(&mut self) { let n = self.at; self.line[n] = 0.0; self.at = n * 0; }\n}\n\
          pub fn run(mut first: DelayLine, mut second: DelayLine) {\n\
          loop { let x = first.process(1.0); let y = second.tap() + x; second.insert(y); second.seek(1.0); second.flush(); } }\n";
-    let text = written_for("twins", code);
+    let text = written_for("same_effect", code);
     assert!(text.contains("law = [[\"process\", \"insert\"]]"), "{text}");
     // What runs on the same one beside the law is a part of the step.
     let beside = code.replace("second.insert(y)", "first.insert(y)");
-    let text = written_for("twins_beside", &beside);
+    let text = written_for("same_effect_beside", &beside);
     assert!(text.contains("law = \"process\""), "{text}");
 }

@@ -460,8 +460,8 @@ impl Aliases {
     }
 
     /// What the variables, or parts of them, were given: the steps into each, and the place.
-    pub(super) fn given(&self) -> impl Iterator<Item = &[(Vec<Projection>, Place)]> {
-        self.sources.values().map(Vec::as_slice)
+    pub(super) fn given(&self) -> impl Iterator<Item = (Var, &[(Vec<Projection>, Place)])> {
+        self.sources.iter().map(|(var, given)| (*var, given.as_slice()))
     }
 
     /// `asked` is how many steps the place has of which the names are asked for.

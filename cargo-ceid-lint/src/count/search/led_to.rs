@@ -2,7 +2,7 @@
 
 use super::Search;
 use crate::count::declared::declared_ty;
-use crate::flow::{Effect, IndexKey, NodeId, Place, Projection};
+use crate::flow::{Base, Effect, IndexKey, NodeId, Place, Projection, Var};
 use crate::index::Ty;
 
 impl Search<'_> {
@@ -43,7 +43,9 @@ impl Search<'_> {
 
     /// Whether several elements of a collection, or each of them, are names of the instance.
     fn has_several_elements(&self) -> bool {
-        self.aliases.given().any(|given| {
+        // What changes places in the collection that holds it is still there once.
+        let is_other = |(var, _): &(Var, &[_])| Base::Var(*var) != self.instance.base;
+        self.aliases.given().filter(is_other).any(|(_, given)| {
             let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
             let keys: Vec<&IndexKey> =
                 of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
