@@ -14,13 +14,9 @@ pub(super) fn leave_to_whole(pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
             wholes.iter().any(|whole| {
                 let is_inside = pair.name.strip_prefix(&whole.name).is_some_and(|rest| rest.starts_with('.'));
                 // Where not even an update of the whole is seen, what its parts are is a guess.
-                let is_by_same = || match whole.updates.is_empty() {
-                    true => true,
-                    false => {
-                        !pair.updates.is_empty() && pair.updates.iter().all(|update| whole.updates.contains(update))
-                    }
-                };
-                is_inside && is_by_same()
+                let is_by_same =
+                    || !pair.updates.is_empty() && pair.updates.iter().all(|update| whole.updates.contains(update));
+                is_inside && (whole.updates.is_empty() || is_by_same())
             })
         };
         filters.retain(|pair| !is_unknown(&pair) || !is_part(pair));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::analyse::{Context, CycleId, FunctionFacts};
 use super::instances::place_ty;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{Effect, Place};
+use crate::flow::{Cause, Effect, Place};
 use crate::index::Ty;
 
 /// What a reference of an unknown origin may update is not proved to be updated once, and not refuted.
@@ -26,7 +26,7 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
     for pair in pairs.values_mut().flatten().filter(|pair| pair.verdict != Verdict::Repeated && is_lent(pair)) {
         let may_be = |(name, ty): &&(String, String)| *ty == pair.filter_type && !pair.name.starts_with(name.as_str());
         if let Some((name, _)) = unknown.iter().find(may_be) {
-            *pair = pair.in_doubt(&crate::flow::Cause::Limit(match name.starts_with('.') {
+            *pair = pair.in_doubt(&Cause::Limit(match name.starts_with('.') {
                 true => "what it is lent to may update it again".to_owned(),
                 false => format!("`{name}` may lead to it"),
             }));

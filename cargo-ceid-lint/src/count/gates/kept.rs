@@ -49,8 +49,7 @@ impl Gates<'_, '_> {
             let passed_on = self.modes_of(site).into_iter().filter_map(|mode| {
                 let own = place_of(&mode.place, site)?;
                 // What was given here already says with what else the helper bears.
-                let mut left = mode.choices().map(|bears| self.leaves_mode(site, at, &own, &bears));
-                let left: Vec<bool> = left.by_ref().collect();
+                let left: Vec<bool> = mode.choices().map(|bears| self.leaves_mode(site, at, &own, &bears)).collect();
                 let own_bears = mode.bears.iter().zip(&left).filter(|(_, left)| **left).map(|(bears, _)| bears.clone());
                 let starts = left.iter().take(mode.starts).filter(|left| **left).count();
                 Some(KeptMode { place: given(graph, &own)?, bears: own_bears.collect(), starts, ..mode.clone() })

@@ -96,8 +96,10 @@ impl Run<'_, '_> {
         let behind = |reached: Vec<bool>| search.graph.node_ids().filter(move |id| reached[id.0 as usize]);
         let all: Vec<NodeId> = behind(search.reached_from(self.region, node, |_, _| true)).collect();
         // What may change on the way is not known there any more.
-        let changed: FxHashSet<SubjectId> =
-            all.iter().flat_map(|node| search.may_change_at(*node).iter().copied().collect::<Vec<_>>()).collect();
+        let mut changed: FxHashSet<SubjectId> = FxHashSet::default();
+        for node in &all {
+            changed.extend(search.may_change_at(*node).iter());
+        }
         let is_kept = |subject: &SubjectId| !changed.contains(subject);
         let known: Answers =
             answers.iter().filter(|(subject, _)| is_kept(subject)).map(|(id, own)| (*id, *own)).collect();

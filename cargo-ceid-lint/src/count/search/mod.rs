@@ -57,7 +57,7 @@ use crate::flow::{
 use crate::index::Ty;
 
 /// What is searched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Region {
     /// The whole function: one call is one iteration.
     Function,
@@ -129,6 +129,8 @@ pub(super) struct Search<'a> {
     feeding: RefCell<FxHashMap<(NodeId, LoopId), bool>>,
     /// How many states were looked at.
     states: Cell<usize>,
+    /// See [`Self::resets_in_pauses`]: several ways ask it of one mode.
+    pauses: RefCell<FxHashMap<(Region, Mode), bool>>,
     /// Whether a search for what a mode resets came to no end.
     gave_up: Cell<bool>,
 }
@@ -164,6 +166,7 @@ impl<'a> Search<'a> {
             presence: RefCell::default(),
             feeding: RefCell::default(),
             states: Cell::new(0),
+            pauses: RefCell::default(),
             gave_up: Cell::new(false),
         };
         search.sample_loops = search.own_cycles();

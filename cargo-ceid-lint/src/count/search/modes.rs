@@ -34,7 +34,7 @@ pub(super) enum Age {
 }
 
 /// A state of the program that says whether a filter runs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(in crate::count) struct Mode {
     /// What holds the state.
     pub(in crate::count) subject: SubjectId,
@@ -60,6 +60,15 @@ impl Mode {
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
+        let known = self.pauses.borrow().get(&(region, mode)).copied();
+        known.unwrap_or_else(|| {
+            let resets = self.find_resets_in_pauses(region, mode);
+            self.pauses.borrow_mut().insert((region, mode), resets);
+            resets
+        })
+    }
+
+    fn find_resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
         let mut run = self.run(region, MAX_TRACKED);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
         let compared =

@@ -100,14 +100,14 @@ impl OnWay {
 }
 
 impl Search<'_> {
-    /// Which subjects may be others behind a node, because something there may write their cells by another name.
-    pub(in crate::count) fn by_other_names(&self, node: NodeId) -> &[(SubjectId, Cause)] {
-        self.dependence.by_other_names(|| self.find_other_names()).get(&node).map_or(&[], Vec::as_slice)
+    fn by_other_names(&self) -> &ByOtherNames {
+        self.dependence.by_other_names(|| self.find_other_names())
     }
 
-    /// Whether a subject may be another one behind a node for that.
-    pub(super) fn is_written_by_other_name(&self, node: NodeId, id: SubjectId) -> bool {
-        self.by_other_names(node).iter().any(|(subject, _)| *subject == id)
+    /// The nodes behind which a subject may be another one for that.
+    pub(super) fn writers_by_other_names(&self, id: SubjectId) -> impl Iterator<Item = NodeId> + '_ {
+        let writes = move |found: &Vec<(SubjectId, Cause)>| found.iter().any(|(subject, _)| *subject == id);
+        self.by_other_names().iter().filter(move |(_, found)| writes(found)).map(|(node, _)| *node)
     }
 
     /// Why what a place has may be written by another name in a region.
@@ -133,10 +133,11 @@ impl Search<'_> {
             if cells.is_empty() {
                 continue;
             }
+            let is_it = |written: &Place| reads.is_changed_with(written);
             for node in graph.node_ids() {
-                let is_it = |written: &Place| reads.is_changed_with(written);
-                let cause = cells.iter().find_map(|cell| self.other_name(node, cell, place, &is_it));
-                found.entry(node).or_default().extend(cause.map(|cause| (id, cause)));
+                if let Some(cause) = cells.iter().find_map(|cell| self.other_name(node, cell, place, &is_it)) {
+                    found.entry(node).or_default().push((id, cause));
+                }
             }
         }
         found
@@ -176,7 +177,7 @@ impl Search<'_> {
 impl Run<'_, '_> {
     /// The same way where a node has written what conditions read by another name; `None` if that would make no difference.
     pub(super) fn written_by_other_name(&mut self, state: &State) -> Option<State> {
-        let found = self.search.by_other_names(state.node);
+        let found = self.search.by_other_names().get(&state.node)?;
         let mut all = self.masks.get(state.masks).clone();
         let mut why = None;
         for (subject, cause) in found {

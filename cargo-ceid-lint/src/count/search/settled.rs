@@ -47,10 +47,7 @@ impl Search<'_> {
 
     /// The same for any node and a subject that never changes, where only what `is_outside` is asked on the way there.
     fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
-        let is_left = || {
-            let others = self.graph.node_ids().filter(|node| self.is_written_by_other_name(*node, id));
-            self.writers_of(id).iter().copied().chain(others).all(is_outside)
-        };
+        let is_left = || self.writers_of(id).iter().copied().chain(self.writers_by_other_names(id)).all(is_outside);
         if self.is_asked(id, is_outside) && is_left() {
             self.arriving_from(&[target], id, &|_| false)
         } else {
@@ -67,7 +64,7 @@ impl Search<'_> {
             _ => None,
         };
         let mut starts: FxHashSet<NodeId> = self.writers_of(id).iter().copied().collect();
-        starts.extend(self.graph.node_ids().filter(|node| self.is_written_by_other_name(*node, id)));
+        starts.extend(self.writers_by_other_names(id));
         starts.insert(NodeId(0));
         // Backwards, for what gave it its value is mostly near.
         let arrives_with = |bit: u32| {
