@@ -314,6 +314,7 @@ impl Builder<'_> {
             }
             return Value::default();
         }
+        self.keep_assigned_pointer(target, value, &given);
         self.assign_to(target, &given, value, span);
         self.renew_states(target, value, span);
         self.note_change(target, value, None);
