@@ -486,7 +486,8 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         | "reduce" => option(item.clone()),
         "for_each" | "for_each_init" | "for_each_with" => Ty::unit(),
         "fold" | "rfold" => args.first().cloned().unwrap_or(Ty::Unknown),
-        "count" | "position" | "len" => Ty::Int,
+        "count" | "len" => Ty::Int,
+        "position" | "rposition" => option(Ty::Int),
         "all" | "any" | "contains" | "is_empty" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,
         // What lends filters to a guard is kept in a vector.
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {

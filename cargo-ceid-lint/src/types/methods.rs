@@ -204,11 +204,16 @@ impl Infer<'_> {
             (_, "clone" | "to_owned") => ty.clone(),
             // Whatever a primitive is asked, the answer is a truth value.
             (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
-            (Ty::Int | Ty::Float, _) => ty.clone(),
+            (Ty::Int | Ty::Float, "partial_cmp") => Ty::std("std::option::Option", vec![Ty::Unknown]),
+            (Ty::Int | Ty::Float, _) if method.starts_with("checked_") => {
+                Ty::std("std::option::Option", vec![ty.clone()])
+            }
+            (Ty::Int | Ty::Float, _) if !matches!(method, "into" | "try_into") => ty.clone(),
             (_, "into") => turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope)),
-            (_, "parse" | "try_into") => turbofish.first().map_or(Ty::Unknown, |ty| {
-                Ty::std("std::result::Result", vec![self.index.lower(ty, &self.scope), Ty::Unknown])
-            }),
+            (_, "parse" | "try_into") => {
+                let made = turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope));
+                Ty::std("std::result::Result", vec![made, Ty::Unknown])
+            }
             _ => Ty::Unknown,
         }
     }

@@ -14,6 +14,7 @@ mod methods;
 mod named;
 mod paths;
 mod pattern;
+mod tested;
 mod unify;
 mod unread;
 
