@@ -41,6 +41,7 @@ mod missed;
 mod monomorphise;
 mod moves;
 mod only_with;
+mod other_handles;
 mod outcome;
 mod outside;
 mod oversampled;

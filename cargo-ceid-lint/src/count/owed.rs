@@ -389,7 +389,7 @@ impl Context<'_> {
             None => missed::decide_missed(&search, region, head),
         };
         self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
-        decision
+        super::other_handles::in_doubt(self, facts, place, decision)
     }
 
     /// The loop that uses an instance and therefore owes it an update.
