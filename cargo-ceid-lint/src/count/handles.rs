@@ -176,6 +176,11 @@ impl Handles {
         [found.first, found.on_the_way]
     }
 
+    /// Whether something else is given what a variable has.
+    pub(super) fn is_handed_on(&self, var: Var) -> bool {
+        self.sources.values().flatten().any(|source| source.from.base_var() == Some(var))
+    }
+
     /// Whether two different places may lead to one filter.
     fn may_be_one(&self, left: &Place, right: &Place) -> bool {
         self.origins(left, false).overlaps(&self.origins(right, false))

@@ -4,7 +4,7 @@ use super::analyse::{Context, FunctionFacts};
 use super::decide::Decision;
 use super::handles::{filter_at, is_among, is_shared};
 use super::verdict::{Pair, Verdict};
-use crate::flow::{Cause, ControlFlowGraph, Effect, Place};
+use crate::flow::{Cause, ControlFlowGraph, Effect, Place, Var};
 use crate::index::Index;
 
 /// The decision on a filter that no path updates, unless it may be one that is updated through another handle.
@@ -65,6 +65,16 @@ fn is_handed_out(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool
     let gives = |effect: &Effect| matches!(effect, Effect::Call(site) if place.base_var() == Some(site.result));
     place.base_var().is_some_and(|var| index.may_share_filter(&graph.var(var).ty))
         && graph.nodes.iter().any(|node| gives(&node.effect))
+}
+
+/// Whether a variable has the only handle to a filter: it is made here, and nothing else is given it.
+pub(super) fn is_only_handle(index: &Index, facts: &FunctionFacts<'_>, var: Var) -> bool {
+    let (graph, place) = (facts.graph, Place::var(var));
+    let [_, all] = facts.handles.ways_to(&place);
+    graph.var(var).param.is_none()
+        && !facts.handles.is_handed_on(var)
+        && !all.iter().any(|origin| is_handed_out(index, graph, origin))
+        && all.iter().all(|origin| origin.base_var().is_some_and(|var| graph.var(var).param.is_none()))
 }
 
 impl Pair {

@@ -47,7 +47,16 @@ impl Builder<'_> {
     /// Conditions on a part of a value ask for the state that the part was given, where neither has changed since:
     /// `let t = (armed, hot); match t { (true, _) => … }`.
     fn settle_held_parts(&mut self, questions: &mut Questions) {
-        for part in held_parts(&self.graph) {
+        let parts = held_parts(&self.graph);
+        let is_asked_again = |part: &HeldPart, graph: &ControlFlowGraph| {
+            let is_it = |state: &Place| *state == part.state;
+            graph.subjects.iter().filter_map(|subject| subject.whole.as_ref()).any(is_it)
+                || parts.iter().filter(|other| is_it(&other.state)).count() > 1
+        };
+        for part in &parts {
+            if !is_asked_again(part, &self.graph) {
+                continue;
+            }
             let Some(asking) = questions.asking.get(&part.asked) else { continue };
             let mut at = asking.clone();
             let is_kept = part.hops.iter().all(|(given, place)| {
@@ -57,7 +66,7 @@ impl Builder<'_> {
             });
             let Some((first, _)) = part.hops.last().filter(|_| is_kept) else { continue };
             let value = pure_place(part.state.clone());
-            self.ask_where(questions, part.asked, *first, &[part.state], value);
+            self.ask_where(questions, part.asked, *first, std::slice::from_ref(&part.state), value);
         }
     }
 
