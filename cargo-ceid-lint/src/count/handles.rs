@@ -176,9 +176,10 @@ impl Handles {
         [found.first, found.on_the_way]
     }
 
-    /// Whether something else is given what a variable has.
-    pub(super) fn is_handed_on(&self, var: Var) -> bool {
-        self.sources.values().flatten().any(|source| source.from.base_var() == Some(var))
+    /// The variables that are given what another one has, or a part of it.
+    pub(super) fn given_from(&self, var: Var) -> impl Iterator<Item = Var> + '_ {
+        let gets = move |sources: &Vec<Source>| sources.iter().any(|source| source.from.base_var() == Some(var));
+        self.sources.iter().filter(move |(_, sources)| gets(sources)).map(|(to, _)| *to)
     }
 
     /// Whether two different places may lead to one filter.

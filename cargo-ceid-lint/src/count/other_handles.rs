@@ -5,7 +5,7 @@ use super::decide::Decision;
 use super::handles::{filter_at, is_among, is_shared};
 use super::verdict::{Pair, Verdict};
 use crate::flow::{Cause, ControlFlowGraph, Effect, Place, Var};
-use crate::index::Index;
+use crate::index::{Index, Ty};
 
 /// The decision on a filter that no path updates, unless it may be one that is updated through another handle.
 pub(super) fn in_doubt(
@@ -70,9 +70,12 @@ fn is_handed_out(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool
 /// Whether a variable has the only handle to a filter: it is made here, and nothing else is given it.
 pub(super) fn is_only_handle(index: &Index, facts: &FunctionFacts<'_>, var: Var) -> bool {
     let (graph, place) = (facts.graph, Place::var(var));
+    // What a lock or cell lends is the filter, and no handle.
+    let is_typed = |var: Var| !matches!(graph.var(var).ty.peel(), Ty::Unknown | Ty::Var(_));
     let [_, all] = facts.handles.ways_to(&place);
     graph.var(var).param.is_none()
-        && !facts.handles.is_handed_on(var)
+        && index.is_handle(&graph.var(var).ty)
+        && !facts.handles.given_from(var).any(|to| index.may_share_filter(&graph.var(to).ty) || !is_typed(to))
         && !all.iter().any(|origin| is_handed_out(index, graph, origin))
         && all.iter().all(|origin| origin.base_var().is_some_and(|var| graph.var(var).param.is_none()))
 }

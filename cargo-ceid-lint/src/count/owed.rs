@@ -211,7 +211,10 @@ impl Context<'_> {
         // Whatever is fed or copied is there.
         let is_copied = || uses.copied || self.is_updated_in_a_copy(facts, place);
         let is_there = || (uses.fed || is_copied()) && !instances::is_in_map(index, graph, place);
-        let is_absent = || leaf.is_uncertain && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
+        // What only a handle of this function's own leads to is there, and nobody else updates it.
+        let is_only = var.is_some_and(|var| leaf.steps.is_empty() && is_only_handle(index, facts, var));
+        let is_absent =
+            || leaf.is_uncertain && !is_only && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
         let is_given = || graph.given_away.iter().any(|(_, given)| given == place);
         let is_read_only = (uses.read || uses.looked_into || is_given()) && !uses.fed && !uses.written;
         // A clone that is only read, or put back, shows what the other one was.
@@ -246,9 +249,7 @@ impl Context<'_> {
         };
         let siblings: Vec<CycleId> = pairs.iter().filter(owes).map(|(id, _)| *id).collect();
         // Another handle to what it lies in may be the one by which some code updates it.
-        let has_another = leaf.is_shared
-            && (is_touched(self.fields) || is_touched(self.anywhere))
-            && !var.is_some_and(|var| is_only_handle(self.program.index, facts, var));
+        let has_another = leaf.is_shared && (is_touched(self.fields) || is_touched(self.anywhere)) && !is_only;
         let using = self.using_loop(facts, place).filter(|id| !has_another && scope(CycleId::Loop(*id)));
         if let Some(id) = self.owing(facts, place, &siblings, using) {
             self.push_missed(facts, place, 0, id, pairs);
