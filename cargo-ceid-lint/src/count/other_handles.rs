@@ -69,15 +69,21 @@ fn is_handed_out(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool
 
 /// Whether a variable has the only handle to a filter: it is made here, and nothing else is given it.
 pub(super) fn is_only_handle(index: &Index, facts: &FunctionFacts<'_>, var: Var) -> bool {
-    let (graph, place) = (facts.graph, Place::var(var));
+    let graph = facts.graph;
+    if graph.var(var).param.is_some() || !index.is_handle(&graph.var(var).ty) {
+        return false;
+    }
     // What a lock or cell lends is the filter, and no handle.
-    let is_typed = |var: Var| !matches!(graph.var(var).ty.peel(), Ty::Unknown | Ty::Var(_));
-    let [_, all] = facts.handles.ways_to(&place);
-    graph.var(var).param.is_none()
-        && index.is_handle(&graph.var(var).ty)
-        && !facts.handles.given_from(var).any(|to| index.may_share_filter(&graph.var(to).ty) || !is_typed(to))
-        && !all.iter().any(|origin| is_handed_out(index, graph, origin))
-        && all.iter().all(|origin| origin.base_var().is_some_and(|var| graph.var(var).param.is_none()))
+    let may_be_handle = |to: Var| {
+        let ty = &graph.var(to).ty;
+        index.may_share_filter(ty) || matches!(ty.peel(), Ty::Unknown | Ty::Var(_))
+    };
+    let is_made_here = |origin: &Place| {
+        let is_own = origin.base_var().is_some_and(|var| graph.var(var).param.is_none());
+        is_own && !is_handed_out(index, graph, origin)
+    };
+    let [_, all] = facts.handles.ways_to(&Place::var(var));
+    !facts.handles.given_from(var).any(may_be_handle) && all.iter().all(is_made_here)
 }
 
 impl Pair {

@@ -581,7 +581,11 @@ impl Infer<'_> {
                 // What is fed under its new name is fed to the filter.
                 for (name, place) in names {
                     let ty = self.variables.shallow(self.typed.expr_ty[place.0 as usize].peel());
-                    self.pat(*name, &Ty::Ref(true, Box::new(ty)), None);
+                    // What ceid-core wraps is another type under its name, and the guard's own update is enough to know of it.
+                    let each = self.variables.shallow(ty.element().unwrap_or(&ty));
+                    if self.is_adapted(&each) || !self.is_of_core(&each) {
+                        self.pat(*name, &Ty::Ref(true, Box::new(ty)), None);
+                    }
                 }
                 Ty::unit()
             }
