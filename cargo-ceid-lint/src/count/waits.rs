@@ -39,7 +39,9 @@ pub(super) fn find(
             let reached = from(node);
             !goes_on(&reached) && !nodes.iter().any(|other| *other != node && reached[other.0 as usize])
         };
-        let is_once = |node: NodeId| graph.node(node).in_loop == Some(*id) && ends_with(node);
+        // A loop that never goes round is a choice.
+        let rounds_of = |node: NodeId| graph.loops_around(node).find(|around| graph.loop_info(*around).goes_round);
+        let is_once = |node: NodeId| rounds_of(node) == Some(*id) && ends_with(node);
         info.rounds == Rounds::Unbounded
             && info.goes_round
             && !info.is_unseen()

@@ -57,7 +57,8 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     let is_plain = own.sites.iter().all(is_ours)
         && own.is_held()
         && own.law.is_some_and(|law| match delegation(loops, &own.filter, law) {
-            Ok(new) => new.is_none() || !has_alternatives(loops, of, &own.filter, law),
+            Ok(None) => true,
+            Ok(Some(new)) => !loops.is_left_alone(new.span.file) && !has_alternatives(loops, of, &own.filter, law),
             Err(_) => false,
         });
     if is_plain {

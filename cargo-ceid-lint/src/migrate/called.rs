@@ -17,7 +17,8 @@ pub(super) fn called(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair]) -> Opt
     let index = loops.program.index;
     let def = index.function(*function);
     let krate = index.crate_of(def.module);
-    if callee.law.is_some() || *function == of.function || !krate.is_reported {
+    let is_ours = krate.is_reported && !loops.is_left_alone(def.function.keyword.file);
+    if callee.law.is_some() || *function == of.function || !is_ours {
         return None;
     }
     let body = LoopBody::find(loops, def.function.keyword).filter(|body| body.is_function)?;

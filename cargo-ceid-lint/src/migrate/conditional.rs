@@ -7,14 +7,15 @@ use super::text::{has_word, without_comments, words};
 use crate::count::Pair;
 use crate::index::Ty;
 use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind};
 use crate::syntax::{Lexer, TokenKind};
 
 /// Words after which a statement may do more than go on, or nobody can tell.
 const WAYS_OUT: [&str; 6] = ["return", "break", "continue", "await", "unsafe", "macro_rules"];
 
-/// Macros that go on behind what they print.
-const PRINTING: [&str; 10] =
-    ["print", "println", "eprint", "eprintln", "dbg", "trace", "debug", "info", "warn", "error"];
+/// Macros that go on behind what they print or ask.
+const GOING_ON: [&str; 11] =
+    ["print", "println", "eprint", "eprintln", "dbg", "trace", "debug", "info", "warn", "error", "cfg"];
 
 /// Where something is compiled under a condition that may matter to the guard.
 pub(super) fn unread(of: &LoopBody<'_>, pairs: &[&Pair], guarded: &[Guarded]) -> Option<Span> {
@@ -22,16 +23,34 @@ pub(super) fn unread(of: &LoopBody<'_>, pairs: &[&Pair], guarded: &[Guarded]) ->
     let locals = of.typed.locals.iter().filter(|local| is_filter(&local.ty)).map(|local| local.name.as_str());
     let sites = guarded.iter().flat_map(|own| &own.sites).map(|site| of.written(site.receiver));
     let names = pairs.iter().map(|pair| pair.name.as_str()).chain(guarded.iter().map(|own| own.spelled.as_str()));
-    let at = mattering(of.written(of.block), &names.chain(locals).chain(sites).collect::<Vec<_>>())?;
-    let start = of.span(of.block).start + to_u32(at);
+    let filters: Vec<&str> = names.chain(locals).chain(sites).collect();
+    let start = of.span(of.block).start;
+    let only_chooses = |at: usize| is_choice_apart(of, start + to_u32(at), &filters);
+    let start = start + to_u32(mattering(of.written(of.block), &filters, &only_chooses)?);
     Some(Span::new(of.file(), start, start + to_u32("cfg".len())))
 }
 
+/// Whether the `cfg!` there does nothing but choose between branches which always go on and do not name these filters.
+fn is_choice_apart(of: &LoopBody<'_>, at: u32, filters: &[&str]) -> bool {
+    // Both of its values are an expression of the tree, so that only what depends on them can be otherwise in another build.
+    let begins_there = of.inside.iter().copied().filter(|id| of.span(*id).start == at);
+    let Some(flag) = begins_there.min_by_key(|id| of.span(*id).end) else { return false };
+    let is_part = |id: &ExprId| matches!(of.kind(*id), ExprKind::Not(_) | ExprKind::Binary { .. });
+    let around = of.ancestors_inside(flag).find(|id| !is_part(id));
+    let Some(ExprKind::If { then, otherwise, .. }) = around.map(|id| of.kind(id)) else { return false };
+    let is_apart = |branch: ExprId| {
+        let text = without_comments(of.written(branch));
+        goes_on(&text) && filters.iter().all(|own| !names(&text, own))
+    };
+    std::iter::once(*then).chain(*otherwise).all(is_apart)
+}
+
 /// Where the first condition stands under which more is compiled than statements of blocks which always go on and do not name these
-/// filters.
-fn mattering(code: &str, filters: &[&str]) -> Option<usize> {
+/// filters, or which does more than choose.
+fn mattering(code: &str, filters: &[&str], only_chooses: &dyn Fn(usize) -> bool) -> Option<usize> {
     let code = without_comments(code);
-    if let Some(at) = ["cfg_attr(", "cfg!("].iter().filter_map(|condition| code.find(condition)).min() {
+    let flags = code.match_indices("cfg!(").map(|(at, _)| at).filter(|at| !only_chooses(*at));
+    if let Some(at) = code.find("cfg_attr(").into_iter().chain(flags).min() {
         return Some(at);
     }
     let is_apart = |at: usize| {
@@ -82,14 +101,14 @@ fn statement(text: &str) -> Option<&str> {
 
 /// Whether what follows a statement always runs, as far as its words say.
 fn goes_on(stmt: &str) -> bool {
-    let is_printed = |at: usize| {
+    let goes_on = |at: usize| {
         let before = &stmt[..at];
         let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |before| before + 1);
-        PRINTING.contains(&&before[start..]) || stmt[at + 1..].starts_with('=') || before[start..].is_empty()
+        GOING_ON.contains(&&before[start..]) || stmt[at + 1..].starts_with('=') || before[start..].is_empty()
     };
     !stmt.contains('?')
         && !WAYS_OUT.iter().any(|word| has_word(stmt, word))
-        && stmt.match_indices('!').all(|(at, _)| is_printed(at))
+        && stmt.match_indices('!').all(|(at, _)| goes_on(at))
 }
 
 /// Whether a statement may name a filter: `self.kf` by all of `self`, or by its first field.
@@ -115,7 +134,7 @@ mod tests {
 
     #[track_caller]
     fn check(code: &str, expected: bool) {
-        assert_eq!(mattering(code, &["self.kf", "pf"]).is_none(), expected, "{code}");
+        assert_eq!(mattering(code, &["self.kf", "pf"], &|_| false).is_none(), expected, "{code}");
     }
 
     #[test]

@@ -15,22 +15,38 @@ pub(super) fn take_apart(of: &LoopBody<'_>, found: &mut [Found<'_>]) {
     for array in arrays {
         let sites = || found.iter().filter(|(_, (place, ..), _)| *place == array).flat_map(|(_, _, sites)| sites);
         let is_outside = |site: &Site| !matches!(site.filter, Ty::Adt(..));
-        let needs_it = sites().any(|site| !site.inputs.is_empty() || site.is_used || site.half > 0 || is_outside(site));
-        let is_literal = |site: &Site| matches!(site.part, Part::Element(number) if length(of, site.at).is_some_and(|length| number < length));
+        // A guard of the array would update all elements.
+        let numbers: BTreeSet<u64> = sites().filter_map(|site| number_of(&site.part)).collect();
+        let lengths = sites().filter_map(|site| length(of, site.at));
+        let is_partial = lengths.min().is_some_and(|length| (numbers.len() as u64) < length);
+        let needs_it = is_partial
+            || sites().any(|site| !site.inputs.is_empty() || site.is_used || site.half > 0 || is_outside(site));
+        let is_literal = |site: &Site| {
+            number_of(&site.part).is_some_and(|number| length(of, site.at).is_some_and(|length| number < length))
+        };
         // Where the array is used as a whole, its elements are lent without taking it apart, as long as their laws are fed.
         let is_fed = sites().all(|site| !site.inputs.is_empty());
-        if !needs_it || !sites().all(is_literal) || is_fed && is_used_as_a_whole(of, &array) {
+        let has_other_use = (is_fed || is_partial) && is_used_as_a_whole(of, &array);
+        if !needs_it || !sites().all(is_literal) || has_other_use {
             continue;
         }
         for (_, (place, at, _), sites) in found.iter_mut().filter(|(_, (place, ..), _)| *place == array) {
             for site in sites {
-                let Part::Element(number) = site.part else { continue };
+                let Some(number) = number_of(&site.part) else { continue };
                 site.place.element = Some(number);
                 site.part = Part::Whole;
                 site.at = of.parent(site.at).unwrap_or(site.at);
                 (place.element, *at) = (Some(number), site.at);
             }
         }
+    }
+}
+
+/// The number of the element, if the part is one.
+fn number_of(part: &Part) -> Option<u64> {
+    match part {
+        Part::Element(number) => Some(*number),
+        _ => None,
     }
 }
 

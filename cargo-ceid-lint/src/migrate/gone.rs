@@ -53,11 +53,13 @@ impl<'a> Gone<'a> {
             .retain(|(span, _)| !self.is_cut(&(span.start as usize..span.end as usize)) || span.file != self.of.file());
         let begins = |removed: &Removed| self.comments.start_above(&removed.range).unwrap_or(removed.range.start);
         let removed = self.removed().into_iter().map(|removed| begins(&removed)..removed.range.end);
-        edits.extend(removed.map(|range| (self.span(&removal(text, range)), String::new())));
+        let removed: Vec<Range<usize>> = removed.map(|range| removal(text, range)).collect();
+        edits.extend(removed.iter().map(|range| (self.span(range), String::new())));
         let emptied = self.sites().filter_map(|(_, site)| Some((site.stmt.clone()?, site.emptied?)));
         let emptied = emptied.filter(|(stmt, _)| !self.is_cut(stmt));
         edits.extend(emptied.map(|(stmt, left)| (self.span(&stmt), left.to_owned())));
-        let parts = self.cuts.iter().filter(|cut| !cut.is_statement);
+        let goes = |part: &Range<usize>| removed.iter().any(|own| own.start <= part.start && part.end <= own.end);
+        let parts = self.cuts.iter().filter(|cut| !cut.is_statement && !goes(&cut.range));
         edits.extend(parts.map(|cut| (self.span(&cut.range), cut.instead.clone())));
     }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::body::LoopBody;
 use super::mentions::Guarded;
+use super::narrowed::narrowed;
 use super::purity::acts_when_dropped;
 use super::text::{with_attributes, without_comments, words};
 use crate::index::Ty;
@@ -22,7 +23,7 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    fn text(range: Range<usize>, instead: &str) -> Self {
+    pub(super) fn text(range: Range<usize>, instead: &str) -> Self {
         Self { range, instead: instead.to_owned(), is_statement: false }
     }
 
@@ -65,6 +66,10 @@ pub(super) fn cuts(of: &LoopBody<'_>, guarded: &[Guarded]) -> Vec<Cut> {
     let is_cut = |id: ExprId| around.iter().any(|range| range.contains(&(of.span(id).start as usize)));
     for id in of.inside.iter().copied().filter(|id| !is_cut(*id)) {
         cuts.extend(hollow.turned(id));
+        let does_nothing = |arm: ExprId| hollow.gone.contains(&arm) || hollow.is_nothing(arm);
+        if hollow.had_update(id) {
+            cuts.extend(narrowed(of, id, &does_nothing));
+        }
     }
     hollow.unused(&conditions, &mut cuts);
     cuts
@@ -89,7 +94,7 @@ struct Hollow<'a> {
 impl Hollow<'_> {
     /// Whether an expression is a choice that chooses between nothing and nothing, because an update went.
     fn is_choice(&self, id: ExprId) -> bool {
-        let had_update = || self.gone.iter().any(|gone| self.of.ancestors_inside(*gone).any(|around| around == id));
+        let had_update = || self.had_update(id);
         match self.of.kind(id) {
             ExprKind::If { then, otherwise, .. } => {
                 had_update()
@@ -107,6 +112,11 @@ impl Hollow<'_> {
             }
             _ => false,
         }
+    }
+
+    /// Whether an update that goes lies in an expression.
+    fn had_update(&self, id: ExprId) -> bool {
+        self.gone.iter().any(|gone| self.of.ancestors_inside(*gone).any(|around| around == id))
     }
 
     /// Whether an `else if` does nothing, whether or not it had an update.
@@ -225,6 +235,7 @@ impl Hollow<'_> {
         match of.kind(id) {
             ExprKind::Path(_) => !matches!(of.typed.callees.get(&id), Some(Callee::Resolved(_))),
             ExprKind::Literal(_) => true,
+            ExprKind::Deref(value) => asks(*value) && matches!(of.typed.ty(*value), Ty::Ref(..)),
             ExprKind::Field { base, .. } => asks(*base) && !matches!(of.typed.ty(*base).peel(), Ty::External(..)),
             ExprKind::Reference { value, .. } | ExprKind::Not(value) => asks(*value) && is_plain(of.typed.ty(*value)),
             ExprKind::Let { value, .. } => {

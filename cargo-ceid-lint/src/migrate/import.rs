@@ -46,7 +46,7 @@ impl<'t> Import<'t> {
                 return None;
             }
         }
-        let mut before = head[..begin].lines().map(str::trim);
+        let mut before = head[..begin].trim_start_matches('\u{feff}').lines().map(str::trim);
         // Attributes belong to it; a block begins with a brace.
         let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
@@ -130,9 +130,13 @@ impl<'t> Import<'t> {
 
     /// What to replace, and by what, so that the `use` is without the name.
     pub(super) fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
-        let Some(list) = self.list.clone() else {
-            return Some((removal(text, self.stmt.clone()), String::new()));
+        // What is said of it goes with it.
+        let with_comment = |end: usize| {
+            let rest = &text[end..line_stop(text, end)];
+            if rest.trim_start().starts_with("//") { end + rest.trim_end().len() } else { end }
         };
+        let whole = || (removal(text, self.stmt.start..with_comment(self.stmt.end)), String::new());
+        let Some(list) = self.list.clone() else { return Some(whole()) };
         let inner = &text[list.start + 1..list.end - 1];
         let is_nested = text[self.stmt.start..list.start].contains('{');
         let code = without_comments(inner);
@@ -142,22 +146,28 @@ impl<'t> Import<'t> {
         let has_comments = code != inner;
         match left.as_slice() {
             [] if is_nested || has_comments => None,
-            [] => Some((removal(text, self.stmt.clone()), String::new())),
-            [one] if *one != "self" && !has_comments => Some((list, (*one).to_owned())),
+            [] => Some(whole()),
+            [one] if *one != "self" && !has_comments => {
+                let path = text[..list.start].trim_end();
+                let start = if path.ends_with("::") { path.len() } else { list.start };
+                Some((start..list.end, (*one).to_owned()))
+            }
             ["self"] if !has_comments && text[..list.start].ends_with("::") => {
                 Some((list.start - "::".len()..list.end, String::new()))
             }
-            _ if !inner.contains('\n') && !has_comments => Some((list.start + 1..list.end - 1, left.join(", "))),
+            _ if !inner.contains('\n') && !has_comments => {
+                let gap = |is_there| if is_there { " " } else { "" };
+                let (open, close) = (gap(inner.starts_with(' ')), gap(inner.ends_with(' ')));
+                Some((list.start + 1..list.end - 1, format!("{open}{}{close}", left.join(", "))))
+            }
             _ => {
                 let comma = if text[self.entry.end..].starts_with(',') { 1 } else { 0 };
                 let end = self.entry.end + comma;
                 let stop = line_stop(text, end);
                 let rest = text[end..stop].trim();
-                // What is said of the name goes with it.
                 let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
-                let end = if rest.starts_with("//") { end + text[end..stop].trim_end().len() } else { end };
                 if is_alone {
-                    return Some((removal(text, self.entry.start..end), String::new()));
+                    return Some((removal(text, self.entry.start..with_comment(end)), String::new()));
                 }
                 let own = self.entry.start..self.entry.start + text[self.entry.clone()].trim_end().len();
                 let range = match code[..own.start - list.start - 1].rfind(',') {
@@ -227,14 +237,20 @@ mod tests {
         check("use crate::b::{Pid, Step};\n", Some("use crate::b::Pid;\n"));
         check("use crate::b::{Kf, Pid, Step};\n", Some("use crate::b::{Kf, Pid};\n"));
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
+        check("use crate::b::{ Kf, Pid, Step };\n", Some("use crate::b::{ Kf, Pid };\n"));
+        check("use a;\nuse b::Step; // for `step`\n// c\nuse c;\n", Some("use a;\n// c\nuse c;\n"));
+        check("use {crate::b::Kf, crate::b::Step};\n", Some("use crate::b::Kf;\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
         check("use crate::Step::Kf;\n", None);
+        check("\u{feff}use crate::b::{Kf, Step};\n", Some("\u{feff}use crate::b::Kf;\n"));
+        check("\u{feff}use crate::b::Step;\nuse c;\n", Some("\u{feff}use c;\n"));
         check("use crate::b::Step as Other;\n", Some(""));
         check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
         check(
             "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
             Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
         );
+        check("use crate::b::\n{\n    Kf,\n    Step,\n};\n", Some("use crate::b::Kf;\n"));
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
         check("use crate::{b::{Kf, Pid}, c::Step};\n", Some("use crate::b::{Kf, Pid};\n"));

@@ -312,20 +312,34 @@ impl Scope<'_> {
         [format!("[`{bound}`]"), format!("[{bound}]")].iter().any(|link| self.text.contains(link))
     }
 
-    /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
+    /// The attribute under which an import is needed: the one that stands above all code that needs it, or one that holds where any of
+    /// those does. None if other code needs it, too.
     fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
         let [code, calls] =
             [Sought::Names, Sought::Calls].map(|of| without_comments(&self.seen(import, scope, false, of)));
         let mut items = self.conditional(&code);
         // What the import stands in has its condition already.
         items.retain(|(item, _)| !item.contains(&import.stmt.start));
-        let without = |code: &str, condition: &str| {
-            let own = items.iter().filter(|(_, own)| own == condition).map(|(item, _)| item.clone());
-            blanked(code, own)
+        let is_used_without = |is_hidden: &dyn Fn(&str) -> bool| {
+            let hidden = || items.iter().filter(|(_, own)| is_hidden(own)).map(|(item, _)| item.clone());
+            self.is_used(import, &blanked(&code, hidden()), &blanked(&calls, hidden()), scope)
         };
-        let is_only =
-            |condition: &&String| !self.is_used(import, &without(&code, condition), &without(&calls, condition), scope);
-        items.iter().map(|(_, condition)| condition).find(is_only).cloned()
+        let conditions: BTreeSet<&str> = items.iter().map(|(_, condition)| condition.as_str()).collect();
+        if let Some(only) = conditions.iter().find(|own| !is_used_without(&|other| other == **own)) {
+            return Some((*only).to_owned());
+        }
+        let asks = |own: &&str| is_used_without(&|other| other != *own);
+        let asking: Vec<&str> = conditions.into_iter().filter(asks).collect();
+        if is_used_without(&|own| asking.contains(&own)) {
+            return None;
+        }
+        let inner = asking.iter().map(|own| own.strip_prefix("#[cfg(")?.strip_suffix(")]"));
+        let inner: Vec<&str> = inner.collect::<Option<_>>()?;
+        // Of a condition and its opposite one always holds.
+        let is_opposed = |own: &&str| {
+            own.strip_prefix("not(").is_some_and(|own| inner.iter().any(|other| own == format!("{other})")))
+        };
+        (!inner.iter().any(is_opposed)).then(|| format!("#[cfg(any({}))]", inner.join(", ")))
     }
 
     /// Whether an import may mean ceid-core, whose trait may have the same name.

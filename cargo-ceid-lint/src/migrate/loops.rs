@@ -1,7 +1,7 @@
 //! Where the loops of a program stand in its bodies, and what all plans ask of the text and the bodies around them.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::rc::Rc;
 
@@ -51,8 +51,8 @@ pub(super) struct Loops<'a> {
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
     /// The names in what is there several times under conditions.
     chosen: OnceCell<BTreeSet<String>>,
-    /// The names of the macros of the analysed code.
-    macros: OnceCell<BTreeSet<String>>,
+    /// The names of the macros of the analysed code, with whether an expression that each is given may be written in another way.
+    macros: OnceCell<BTreeMap<String, bool>>,
 }
 
 impl<'a> Loops<'a> {
@@ -143,9 +143,11 @@ impl<'a> Loops<'a> {
         Rc::clone(self.outlines.borrow_mut().entry(file).or_insert_with(find))
     }
 
-    /// Whether the analysed code has a macro of that name.
-    pub(super) fn has_macro(&self, name: &str) -> bool {
-        self.macros.get_or_init(|| Macros::of(self.program).names().map(str::to_owned).collect()).contains(name)
+    /// Whether the analysed code has a macro of that name, and if so, whether an expression that it is given may be written in
+    /// another way.
+    pub(super) fn hands_on_expressions(&self, name: &str) -> Option<bool> {
+        let find = || Macros::of(self.program).names().map(|(name, hands_on)| (name.to_owned(), hands_on)).collect();
+        self.macros.get_or_init(find).get(name).copied()
     }
 
     /// The names in what a file has several times under conditions.
@@ -170,6 +172,11 @@ impl<'a> Loops<'a> {
     pub(super) fn style(&self, file: FileId) -> Style {
         let find = || Style { width: self.manners(file).width, ..Style::of(&self.program.sources.file(file).text) };
         *self.styles.borrow_mut().entry(file).or_insert_with(find)
+    }
+
+    /// Whether nobody is to change a file.
+    pub(super) fn is_left_alone(&self, file: FileId) -> bool {
+        self.manners(file).is_left_alone
     }
 
     fn manners(&self, file: FileId) -> Manners {

@@ -40,20 +40,32 @@ impl<'a> Macros<'a> {
         Rc::clone(self.codes.borrow_mut().entry(file).or_insert_with(find))
     }
 
-    /// Their names.
-    pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
-        self.all.iter().map(|(name, _)| *name)
+    /// Their names, and whether an expression that each is given may be written in another way.
+    pub(super) fn names(&self) -> impl Iterator<Item = (&'a str, bool)> + '_ {
+        self.all.iter().map(|(name, body)| {
+            let tells = |body: &str| TELLING.iter().any(|word| has_word(body, word)) || !takes_expressions(body);
+            let same_name = self.all.iter().filter(|(other, _)| other == name);
+            (
+                *name,
+                !tells(body) && !same_name.map(|(_, body)| *body).any(|body| tells(body) || self.any_in(body, tells)),
+            )
+        })
     }
 
     /// Whether code may call a method through one of them.
     pub(super) fn call(&self, method: &str, code: &str) -> bool {
+        self.any_in(code, |body| has_word(body, method))
+    }
+
+    /// Whether one that code calls, or one that these call, is such.
+    fn any_in(&self, code: &str, is_such: impl Fn(&str) -> bool) -> bool {
         let mut left = self.all.clone();
         let mut open = vec![code];
         while let Some(code) = open.pop() {
             let is_used =
                 |name: &str| words(code, name).any(|at| code[at + name.len()..].trim_start().starts_with('!'));
             let (used, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|(name, _)| is_used(name));
-            if used.iter().any(|(_, body)| has_word(body, method)) {
+            if used.iter().any(|(_, body)| is_such(body)) {
                 return true;
             }
             open.extend(used.iter().map(|(_, body)| *body));
@@ -61,6 +73,28 @@ impl<'a> Macros<'a> {
         }
         false
     }
+}
+
+/// Macros of the standard library that show how what they are given is written.
+const TELLING: [&str; 4] = ["stringify", "dbg", "assert", "debug_assert"];
+
+/// Whether all that the patterns of a macro name is an expression, or stands alone between commas, so that another expression fits as
+/// well.
+fn takes_expressions(body: &str) -> bool {
+    let is_word = |sign: char| sign.is_alphanumeric() || sign == '_';
+    let word = |text: &str| text.find(|sign| !is_word(sign)).unwrap_or(text.len());
+    body.match_indices('$').all(|(at, _)| {
+        let name = &body[at + 1..];
+        let Some(kind) = name[word(name)..].trim_start().strip_prefix(':').map(str::trim_start) else { return true };
+        let (kind, rest) = kind.split_at(word(kind));
+        let (before, rest) = (body[..at].trim_end(), rest.trim_start());
+        let is_alone = match rest.strip_prefix(')') {
+            // What separates repeated parts must not be a sign of an expression.
+            Some(behind) if before.ends_with("$(") => behind.trim_start().starts_with(['*', '+', '?', ',', ';']),
+            _ => rest.starts_with([',', ';', ')', ']', '}']),
+        };
+        matches!(kind, "expr" | "expr_2021" | "literal") || is_alone && before.ends_with(['(', '[', '{', ',', ';'])
+    })
 }
 
 /// The brackets that a text begins with; all of it, where they are not closed as far as can be counted.
@@ -92,5 +126,21 @@ mod tests {
         assert!(!macros.call("update", "step(kf); other!(kf);"));
         assert!(!macros.call("reset", "step!(kf)"));
         assert_eq!(block("{ a(b) } c"), "{ a(b) ");
+    }
+
+    #[test]
+    fn expressions_are_handed_on_by_what_neither_takes_them_apart_nor_shows_their_text() {
+        let macros = Macros::of_texts(vec![
+            ("log", "{ ($($arg:tt)*) => { println!($($arg)*) }; }"),
+            ("at", "{ ($level:ident, $($arg : expr),+ $(,)?) => { if ON { log!($($arg),+) } }; }"),
+            ("field", "{ ($owner:ident . $field:ident) => { $owner.$field }; }"),
+            ("path", "{ ($($part:ident).+) => { $($part).+ }; }"),
+            ("shown", "{ ($x:expr) => { log!(\"{} {}\", stringify!($x), $x) }; }"),
+            ("outer", "{ ($x:expr) => { shown!($x) }; }"),
+            ("twice", "{ ($x:expr) => { log!($x) }; }"),
+            ("twice", "{ ($x:expr) => { dbg!($x) }; }"),
+        ]);
+        let handing_on: Vec<&str> = macros.names().filter(|(_, hands_on)| *hands_on).map(|(name, _)| name).collect();
+        assert_eq!(handing_on, ["log", "at"]);
     }
 }

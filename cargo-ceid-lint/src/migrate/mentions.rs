@@ -247,8 +247,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if written == name || is_captured(of, at) {
         return Ok(None);
     }
-    let parent = of.parent(at).filter(|_| prefix == "*" && own.adaptation.is_none());
-    if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
+    let is_deeper = own.adaptation.is_some();
+    let parent = of.parent(at).filter(|_| prefix == if is_deeper { "**" } else { "*" });
+    if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent, is_deeper)) {
         return Ok(Some((of.span(parent), own.name.clone())));
     }
     // An element may have the name of a constant for its number.
@@ -271,13 +272,17 @@ pub(super) fn given_to_macro(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded
     let around = around.filter(|around| around.is_macro && around.head.start >= block.start as usize);
     let calls = around.map(|around| of.text[around.head.start..around.brackets.start].trim_end_matches([' ', '!']));
     let mut calls = calls.filter_map(|call| call.rsplit(|sign: char| !(sign.is_alphanumeric() || sign == '_')).next());
-    let call = calls.find(|call| loops.has_macro(call))?;
+    // A name in the place of an expression is one expression as well; what stands around it may be the macro's.
+    let is_name =
+        mention.elements.is_empty() && mention.edit.as_ref().is_some_and(|(at, text)| *at == span && *text == own.name);
+    let call = calls.find(|call| loops.hands_on_expressions(call).is_some_and(|hands_on| !(hands_on && is_name)))?;
     let text = format!("`{}` is given to the macro `{call}!` here: write out what that does", own.spelled);
     Some(Reason { span, text })
 }
 
-/// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is.
-fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
+/// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is; `is_deeper` if that
+/// is one to what leads to the filter, which only a reference to one type turns into a reference to the filter.
+fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId, is_deeper: bool) -> bool {
     let (ExprKind::Reference { raw: false, .. }, Some(call)) = (of.kind(id), of.parent(id)) else { return false };
     let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return false };
     let (args, skipped) = match of.kind(call) {
@@ -286,9 +291,11 @@ fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
         _ => return false,
     };
     let number = args.iter().position(|arg| *arg == id).and_then(|at| at.checked_sub(skipped));
+    let index = of.program.index;
     let is_reference = |target: &FunctionId| {
-        let params = &of.program.index.function(*target).function.params;
-        number.and_then(|number| params.get(number)).is_some_and(|ty| matches!(ty, TypeRef::Reference { .. }))
+        let param = number.and_then(|number| index.function(*target).function.params.get(number));
+        let is_of_one_type = |param| matches!(index.lower(param, &index.scope_of(*target)), Ty::Ref(_, to) if matches!(*to, Ty::Adt(..)));
+        param.is_some_and(|param| matches!(param, TypeRef::Reference { .. }) && (!is_deeper || is_of_one_type(param)))
     };
     !callee.targets.is_empty() && callee.targets.iter().all(is_reference)
 }
@@ -376,6 +383,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
             Some(through)
         }
         ExprKind::Macro(call) if call.path.ends_with("vec") => by_value(),
+        ExprKind::For { iterable, .. } if *iterable == at => by_value(),
         ExprKind::Call { .. }
         | ExprKind::MethodCall { .. }
         | ExprKind::Block(_)

@@ -39,6 +39,7 @@ mod macros;
 mod manifest;
 mod mentions;
 mod named;
+mod narrowed;
 mod not_shipped;
 mod observed;
 mod outputs;

@@ -27,9 +27,16 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                     return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
                 }
                 Callee::Resolved(resolved) => {
-                    let mut owners = resolved.targets.iter().filter_map(|target| owner(program.index, *target));
-                    if let Some(part) = owners.find_map(|owner| shared_outside(program.index, owner)) {
+                    let owners = || resolved.targets.iter().filter_map(|target| owner(program.index, *target));
+                    if let Some(part) = owners().find_map(|owner| shared_outside(program.index, owner)) {
                         return Some(format!("calls {}, which may be that of {part}", called(program, body, *call)));
+                    }
+                    // Of a parameter, which type it is only its caller knows.
+                    if is_of_a_value(body, typed, *call)
+                        && let Some(part) = owners().find_map(|owner| shared_part(program.index, owner))
+                    {
+                        let text = "which may be that of a type that shares";
+                        return Some(format!("calls {}, {text} {part} with others", called(program, body, *call)));
                     }
                     open.extend(&resolved.targets);
                 }

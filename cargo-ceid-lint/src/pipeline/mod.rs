@@ -16,6 +16,7 @@ mod too_large;
 mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 pub use configured::{Again, Configured, Options, Purpose, check_again, check_configured, check_read_ahead};
@@ -39,7 +40,7 @@ use crate::flow::{Inferred, lower_function};
 use crate::index::{CrateInput, FunctionId, Index};
 use crate::migrate::{self, IdleImports, Plan};
 use crate::parallel::{Cores, biggest_first, with_large_stack};
-use crate::project::{Package, Project};
+use crate::project::{Manners, Package, Project};
 use crate::relevance::{self, Names, ReadAhead};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
@@ -376,7 +377,9 @@ impl Run<'_> {
                 || guardable.contains(&cycle.head) && has_core(&project.packages[cycle.package])
         };
         let planned = analysis.cycles.iter().filter(is_planned);
-        let plans = migrate::plans(&program, planned, edition, &|path| self.manners.of(project, path));
+        let manners =
+            |path: &Path| Manners { is_left_alone: config.is_excluded(path), ..self.manners.of(project, path) };
+        let plans = migrate::plans(&program, planned, edition, &manners);
         let idle_imports = match self.purpose {
             Purpose::Migration | Purpose::Fixes => migrate::idle_imports(&program, &analysis.cycles),
             Purpose::Findings | Purpose::Offers => IdleImports::default(),

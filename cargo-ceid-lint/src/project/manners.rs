@@ -22,6 +22,8 @@ pub struct Manners {
     pub is_caught_beside: bool,
     /// Whether one of them expects panics.
     pub is_expected_beside: bool,
+    /// Whether nobody is to change it: it belongs to files that are not reported.
+    pub is_left_alone: bool,
     /// How long a line may be.
     pub width: usize,
 }
@@ -35,6 +37,7 @@ impl Default for Manners {
             asks_for_paths: false,
             is_caught_beside: false,
             is_expected_beside: false,
+            is_left_alone: false,
             width: 100,
         }
     }

@@ -159,6 +159,7 @@ impl Builder<'_> {
                 if let Some(place) = value.place.as_ref().filter(|_| self.loses_type(id, *inner)) {
                     let cause = Cause::Code("a pointer without the filter's type".to_owned());
                     self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
+                    self.keep_pointed(*inner, &value);
                     return Value::default();
                 }
                 if self.is_reinterpreted(id, *inner) {
@@ -166,6 +167,9 @@ impl Builder<'_> {
                     return Value { place: Some(Place::var(var)), ..Value::default() };
                 }
                 if !self.keeps_value(id) {
+                    if matches!(self.ty(*inner), Ty::Pointer(_)) {
+                        self.keep_pointed(*inner, &value);
+                    }
                     return Value::default();
                 }
                 let closure = value.closure.filter(|closure| self.is_of_future(*closure));
@@ -215,32 +219,6 @@ impl Builder<'_> {
         if !places.is_empty() && self.at.is_some() {
             self.emit(Effect::Unknown { places, cause: Cause::Call(self.text(id)) }, self.span(id));
         }
-    }
-
-    /// Whether a cast makes a pointer to another type of what a pointer of an unknown type names: the value behind it is
-    /// another one than the fields of that type would tell.
-    fn is_reinterpreted(&self, id: ExprId, inner: ExprId) -> bool {
-        let is_known = |ty: &Ty| match ty {
-            Ty::Pointer(to) => matches!(to.peel(), Ty::Adt(..) | Ty::Array(..) | Ty::Slice(_) | Ty::Param(_)),
-            ty => matches!(ty, Ty::Ref(..)),
-        };
-        matches!(self.ty(id), Ty::Pointer(_)) && is_known(self.ty(id)) && !is_known(self.ty(inner))
-    }
-
-    /// Whether what is written through a pointer to a filter gets a type that tells nothing of it: `self as *mut Self as *mut c_void`.
-    fn loses_type(&self, id: ExprId, inner: ExprId) -> bool {
-        let is_told = |ty: &Ty| {
-            matches!(ty, Ty::Adt(..) | Ty::Array(..) | Ty::Slice(_) | Ty::Param(_) | Ty::Opaque(_))
-                || matches!(ty, Ty::Unknown | Ty::Var(_) | Ty::Tuple(_))
-        };
-        let (Ty::Pointer(to), Ty::Pointer(from) | Ty::Ref(true, from)) = (self.ty(id), self.ty(inner)) else {
-            return false;
-        };
-        let mut origin = inner;
-        while let ExprKind::Cast { value, .. } = &self.body().expr(origin).kind {
-            origin = *value;
-        }
-        !is_told(to.peel()) && self.may_hold_filter(from) && !matches!(self.ty(origin), Ty::Ref(false, _))
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {

@@ -175,6 +175,9 @@ impl Builder<'_> {
             }
             return Value::default();
         }
+        if matches!(self.ty(id), Ty::Pointer(_)) || path.starts_with("std::ptr::NonNull::") {
+            args.iter().zip(&values).for_each(|(arg, value)| self.keep_pointed(*arg, value));
+        }
         self.unknown_call(id, path_tail(path), args, &values)
     }
 

@@ -45,7 +45,7 @@ impl Builder<'_> {
                 && !self.is_taken_shared(id, *expr)
             {
                 if self.may_hold_filter(self.ty(*expr)) {
-                    if self.is_shared_handle(*expr) {
+                    if self.is_shared_handle(*expr) || self.stores_pointer(id) {
                         self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
                     }
                     let is_moved = !matches!(self.ty(*expr), Ty::Ref(..)) && !self.is_receiver(id, *expr);
