@@ -70,11 +70,11 @@ impl std::ops::Deref for Roots<'_> {
     }
 }
 
-/// Whether steps may lead to the same part: an element that stands for each may be any.
+/// Whether steps may lead to the same part: an element that stands for each may be any, and so may one that data chooses.
 pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
+    let may_be = |left: &IndexKey, right: &IndexKey| left.relate(right, &|_| None) != Some(false);
     steps.iter().zip(place).all(|(left, right)| {
-        left == right
-            || matches!((left.key(), right.key()), (Some(IndexKey::Each), Some(_)) | (Some(_), Some(IndexKey::Each)))
+        left == right || matches!((left.key(), right.key()), (Some(left), Some(right)) if may_be(left, right))
     })
 }
 
@@ -128,7 +128,7 @@ impl Aliases {
                         }
                     }
                 }
-                Effect::Write(write) if write.rebinds => {
+                Effect::Write(write) if write.rebinds || graph.pointed.contains(&id) => {
                     if let Some(from) = &write.from {
                         aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
                     }

@@ -313,7 +313,7 @@ impl Run<'_, '_> {
             self.rejuvenate(&mut next);
         } else if !is_next && is_concerned(self.names.get(state.names), set) {
             let names = self.names.get(state.names);
-            let (renamed, replaced) = self.search.renamed(names, set, &|var| self.number(state, var));
+            let (renamed, replaced) = self.search.renamed(names, set, state.node, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
                 self.exploration.limit = true;
                 return;

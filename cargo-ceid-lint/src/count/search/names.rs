@@ -18,8 +18,11 @@ impl Search<'_> {
         &self,
         names: &[Place],
         set: &Assignment,
+        node: NodeId,
         value: &dyn Fn(Var) -> Option<u64>,
     ) -> (Vec<Place>, bool) {
+        // What only referred to the instance refers to something else.
+        let is_pointed = self.graph.pointed.contains(&node);
         let mut gained: Vec<Place> = Vec::new();
         let mut lost: Vec<Place> = Vec::new();
         // A copy is another instance.
@@ -41,7 +44,7 @@ impl Search<'_> {
             }
             match set.place.relate(name, value) {
                 Relation::Holds(_) if !gained.contains(name) => {
-                    if set.rebinds {
+                    if set.rebinds || is_pointed && name != self.instance {
                         continue;
                     }
                     replaced = gained.is_empty();

@@ -19,6 +19,9 @@ impl Builder<'_> {
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }
+        if let Some(found) = self.leaves_collection(id, receiver, method, args, &value) {
+            return found;
+        }
         let values = self.values(args);
         let span = self.span(id);
         if self.is_future(&value) {
@@ -39,6 +42,7 @@ impl Builder<'_> {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {
                 self.derive_scratch(receiver, args);
+                self.moves_others(id, receiver, method, args, &value);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
                     let clones = if method == "resize" { self.keep_clones(given, *arg) } else { None };
@@ -58,6 +62,7 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            "extend" if self.extend_references(id, receiver, &value, &values) => Value::default(),
             "extend" | "extend_from_slice" if values.iter().any(|value| value.iterator.is_some()) => {
                 for (value, arg) in values.into_iter().zip(args) {
                     if let Some(source) = value.iterator {
@@ -170,7 +175,10 @@ impl Builder<'_> {
                 let content = Value { is_owned: is_copy, head: None, same_as: None, ..value.clone() };
                 if is_copy { self.copy_of(&content, self.ty(id).clone(), span) } else { content }
             }
-            "replace" if args.len() == 1 && self.is_cell(receiver) => self.replace_content(id, value, args),
+            "replace"
+                if args.len() == 1
+                    && (self.is_cell(receiver)
+                        || self.is_optional(receiver) && self.program.index.refers_to_filters(self.ty(id))) => self.replace_content(id, value, args),
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);
@@ -183,6 +191,7 @@ impl Builder<'_> {
                     self.keep_clones(&given, *arg);
                 }
                 self.write_whole(value, &Value::default(), span);
+                self.note_pointed(self.ty(receiver).peel());
                 Value::default()
             }
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
@@ -195,6 +204,7 @@ impl Builder<'_> {
                     given.head = Some("+".to_owned());
                 }
                 self.write_whole(value, &given, span);
+                self.note_pointed(self.ty(receiver).peel());
                 match &value.place {
                     Some(_) if self.is_optional(receiver) => self.note_filled(args[0]),
                     Some(place) => self.note_given(place, args[0]),
@@ -217,6 +227,7 @@ impl Builder<'_> {
                         let made = made.unwrap_or_default();
                         if is_filled {
                             this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
+                            this.note_pointed(this.ty(receiver).peel());
                         }
                     });
                 }

@@ -110,6 +110,11 @@ impl Builder<'_> {
             return self.iterator_value(source);
         }
         let values = self.values(args);
+        if let ("from" | "from_iter", [given]) = (last, values.as_slice())
+            && let Some(found) = self.converted_references(id, given)
+        {
+            return found;
+        }
         if last == "from_iter"
             && let Some(source) = values.first().and_then(|value| value.iterator.clone())
         {
@@ -267,6 +272,7 @@ impl Builder<'_> {
             same_as: new.same_as.filter(|_| is_state),
         };
         self.emit(Effect::Write(Box::new(writes)), span);
+        self.note_pointed(self.ty(id));
         if let Some(given) = given {
             self.note_given(&place, given);
         }

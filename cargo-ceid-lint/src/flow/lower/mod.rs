@@ -58,6 +58,7 @@ mod passed_over;
 mod patterns;
 mod payloads;
 mod places;
+mod pointed;
 mod pools;
 mod presence;
 mod pure;

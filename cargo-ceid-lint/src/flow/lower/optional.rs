@@ -96,6 +96,7 @@ impl Builder<'_> {
             self.graph.copies.insert(at, place.clone());
         }
         self.emptied(place, span);
+        self.note_pointed(self.ty(id));
         Value { place: Some(Place::var(taken)), same_as: Some(taken), ..leaving }
     }
 
