@@ -366,7 +366,10 @@ impl Aliases {
         let mut places = Vec::new();
         for (target, summary) in site.targets.iter().filter_map(|target| Some((*target, summaries.get(*target)?))) {
             for law in 0..summary.laws() {
-                for (number, (given, _)) in summary.outcomes(law).enumerate() {
+                for (number, (given, outcomes)) in summary.outcomes(law).enumerate() {
+                    if summary.only_points(given, outcomes, site) {
+                        continue;
+                    }
                     if let Some(place) = place_of(given, site) {
                         let taken = summary.taken.get(given).and_then(|taken| place_of(taken, site));
                         let taken = taken.map(|taken| self.shared_roots(&taken).to_vec()).unwrap_or_default();

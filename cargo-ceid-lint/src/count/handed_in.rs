@@ -41,7 +41,7 @@ pub(super) fn hand_up(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
 fn takes_references(index: &Index, graph: &ControlFlowGraph) -> bool {
     let is_lent = |var: &Var| matches!(&graph.var(*var).ty, Ty::Ref(true, inner) if has_room(index, inner));
     let is_reference = |var: &Var| may_refer(index, &graph.var(*var).ty);
-    graph.params.len() > 1 && graph.params.iter().any(is_lent) && graph.params.iter().filter(|var| is_reference(var)).count() > 1
+    graph.params.iter().any(|to| is_lent(to) && graph.params.iter().any(|from| from != to && is_reference(from)))
 }
 
 /// Whether a value of the type may be a reference to a filter, or is made of some.
@@ -66,9 +66,20 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
         let (Effect::Set(set) | Effect::Write(set)) = &graph.node(id).effect else { continue };
         let Some(from) = &set.from else { continue };
         let given_parts = aliases.parts(from);
-        // From here on the place is a name of what it is given as well.
-        let mut to = aliases.roots(&set.place);
-        to.retain(|root| given_parts.iter().all(|(_, given)| given != root));
+        let to = match (set.place.steps.split_last(), &graph.node(id).effect) {
+            (Some((last, owner)), _) => {
+                let owner = aliases.roots(&Place { base: set.place.base, steps: owner.to_vec() });
+                owner.into_iter().map(|owner| owner.join(std::slice::from_ref(last))).collect()
+            }
+            // A variable that refers to something else says nothing of what it referred to.
+            (None, Effect::Set(_)) => Vec::new(),
+            // From here on the place is a name of what it is given as well.
+            (None, _) => {
+                let mut to = aliases.roots(&set.place);
+                to.retain(|root| given_parts.iter().all(|(_, given)| given != root));
+                to
+            }
+        };
         let is_only = to.len() == 1 && is_on_every_way(graph, id);
         let to: Vec<Given> = to.iter().filter_map(|root| given(graph, root)).filter(&lent).collect();
         if to.is_empty() {

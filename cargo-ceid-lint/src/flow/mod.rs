@@ -376,6 +376,8 @@ pub struct Argument {
     pub is_moved: bool,
     /// Whether all that it has of filters are references to them.
     pub is_reference: bool,
+    /// Whether what it lends are such references, so that another value there is no other filter.
+    pub lends_references: bool,
     /// Whether the result of the call takes its place: `state = step(state)`.
     pub is_back: bool,
     /// Whether it is passed by value and its type is `Copy`: what is done to it is done to another instance.

@@ -175,13 +175,14 @@ impl Search<'_> {
                     // A copy that was put back by then, or never is, tells nothing.
                     let stays =
                         set.transfer == Transfer::RoundTrip && !is_put_back && !set.place.overlaps(self.instance);
+                    let chosen = self.chosen_of(names, set, &|_| None);
                     let names = if stays { names.clone() } else { self.renamed(names, set, node, &|_| None).0 };
                     // Where its variable gets another value and nothing else names it, the instance is gone; what its variable
                     // names from there on is followed from there.
                     if names.is_empty() && starts.contains(&node) {
                         continue;
                     }
-                    behind.push((names, doubt.clone()));
+                    behind.push((names, chosen.or_else(|| doubt.clone())));
                 }
                 Effect::Call(site) => {
                     if let Some((names, is_doubtful)) = self.borrowed(names, site, &|_| None) {

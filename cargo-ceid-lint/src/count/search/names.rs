@@ -6,7 +6,7 @@ use crate::count::aliases::Aliases;
 use crate::count::given::given;
 use crate::count::instances::place_ty;
 use crate::flow::{
-    Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
+    Assignment, CallSite, Cause, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
     Rounds, Section, Transfer, Var,
 };
 use crate::index::{Index, Ty};
@@ -57,6 +57,22 @@ impl Search<'_> {
         kept.sort();
         kept.dedup();
         (kept, replaced)
+    }
+
+    /// Why what is given to a place may be the instance or not: it is one of several references, and data says which.
+    pub(super) fn chosen_of(
+        &self,
+        names: &[Place],
+        set: &Assignment,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> Option<Cause> {
+        let from = set.from.as_ref().filter(|_| set.transfer != Transfer::Copy)?;
+        let is_reference = |name: &Place| name.base != self.instance.base && name.steps.iter().any(|step| step.key().is_some());
+        let relation = |name: &Place| from.relate(name, value);
+        let is_chosen = |name: &&Place| is_reference(name) && matches!(relation(name), Relation::MayHold(..));
+        let is_told = names.iter().any(|name| matches!(relation(name), Relation::Holds(_)));
+        (!is_told && names.iter().any(|name| is_chosen(&name)))
+            .then(|| Cause::Index(self.graph.place_name(self.program.index, from)))
     }
 
     /// Whether an instance with these names is no longer in its own place, but in another one that a caller knows.

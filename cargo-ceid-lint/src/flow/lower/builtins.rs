@@ -16,6 +16,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        self.note_foreign_iterator(id, receiver, method, &value);
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }
@@ -364,7 +365,7 @@ impl Builder<'_> {
             }
             _ if super::exchanges::reorders(method, args.len())
                 && self.may_hold_filter(self.ty(receiver))
-                && self.reordered(id, method, args, value) =>
+                && self.reordered(id, receiver, method, args, value) =>
             {
                 Value::default()
             }
@@ -410,36 +411,6 @@ impl Builder<'_> {
         matches!(self.ty(id).peel().external_name(), Some("Cell" | "RefCell"))
             || matches!(self.ty(id).peel(), Ty::External(path, args)
                 if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
-    }
-
-    /// A path on which the value is absent ends here.
-    fn assume_present(&mut self, value: &Value, receiver: ExprId, span: Span) {
-        if self.at.is_none() || value.same_as.is_none() {
-            return;
-        }
-        let about = self.about_presence(receiver, Vec::new());
-        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
-        self.resume(bad);
-        self.diverge(span);
-        self.resume(good);
-    }
-
-    /// Code that runs only where the value is absent.
-    fn on_absent(&mut self, value: &Value, receiver: ExprId, span: Span, inside: impl FnOnce(&mut Self)) {
-        if self.at.is_none() {
-            return;
-        }
-        let about = self.about_presence(receiver, Vec::new());
-        let is_option = self.ty(receiver).peel().external_name() == Some("Option");
-        let asked = if is_option { format!("let Some(_) = {}", self.text(receiver)) } else { self.text(receiver) };
-        let (present, absent) = self.branch_on_head(value, "+", "-", span, asked, about);
-        let after = self.add_node(Effect::Nothing, span);
-        self.resume(absent);
-        inside(self);
-        self.jump(after);
-        self.resume(present);
-        self.jump(after);
-        self.resume_if_reached(after);
     }
 
     /// `option.map(|x| …)`: the closure runs where the value is there.

@@ -234,7 +234,10 @@ impl Builder<'_> {
 
     /// `cell.replace(new)`
     pub(super) fn replace_content(&mut self, id: ExprId, content: &Value, args: &[ExprId]) -> Value {
-        let values = self.values(args);
+        let mut values = self.values(args);
+        if matches!(&self.body().expr(id).kind, ExprKind::MethodCall { receiver, .. } if self.is_optional(*receiver)) {
+            values.iter_mut().for_each(|value| value.head = Some("+".to_owned()));
+        }
         self.replace_by(id, content, args.first().copied(), values.first())
     }
 

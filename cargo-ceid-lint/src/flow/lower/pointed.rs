@@ -77,16 +77,11 @@ impl Builder<'_> {
         if !self.is_collection_of_references(self.ty(receiver).peel()) {
             return None;
         }
-        let is_row = !is_map(self.ty(receiver).peel());
         let span = self.span(id);
         match method {
             "into" if self.is_collection_of_references(self.ty(id)) => self.converted_references(id, collection),
             "into_vec" if args.is_empty() => Some(Value { head: None, ..collection.clone() }),
-            "drain" if is_row && self.is_full_range(args) => {
-                let drained = self.emptied_collection(place, self.ty(receiver).peel().clone(), span);
-                let source = Source { item: Item::Element(drained), ..Source::bounded() };
-                Some(self.iterator_value(source))
-            }
+            "drain" if let Some(source) = self.drained(receiver, args, &place, span) => Some(self.iterator_value(source)),
             "pop" | "pop_front" | "pop_back" | "remove" | "swap_remove" | "drain" | "split_off" | "truncate" | "retain"
             | "retain_mut" | "dedup_by_key" | "pop_if" | "extract_if" | "split_first_chunk_mut" | "into" | "append"
             | "splice" | "concat" | "as_mut_slices" | "as_chunks_mut" | "choose_mut" | "iter_many_mut" => {
@@ -116,10 +111,20 @@ impl Builder<'_> {
         let ty = self.ty(receiver).peel();
         let is_before = method == "push_front" || method == "insert" && args.len() == 2;
         if self.at.is_some() && is_before && !is_map(ty) && self.is_collection_of_references(ty) {
-            let element = place.element(IndexKey::Data(method.into()));
-            let cause = Cause::Reordered(self.text(id));
-            self.emit(Effect::Unknown { places: vec![element], cause }, self.span(id));
+            self.shuffle_references(id, receiver, place);
         }
+    }
+
+    /// The references in a collection change places: which of them is where is not known, and all of them are there.
+    pub(super) fn shuffle_references(&mut self, id: ExprId, receiver: ExprId, collection: &Place) -> bool {
+        let ty = self.ty(receiver).peel().clone();
+        let is_such = self.at.is_some() && self.is_collection_of_references(&ty);
+        if is_such {
+            let taken = self.emptied_collection(collection.clone(), ty, self.span(id));
+            let source = Source { item: Item::Element(taken), ..Source::bounded() };
+            self.pour(id, receiver, source, collection);
+        }
+        is_such
     }
 
     /// A collection is empty from here on: what was in it has another name.
@@ -128,6 +133,16 @@ impl Builder<'_> {
         let leaving = Value { place: Some(place), is_owned: true, leaves_by: Some(Transfer::Move), ..Value::default() };
         self.set(taken, &leaving, span);
         Place::var(taken)
+    }
+
+    /// `filters.drain(..)`
+    pub(super) fn drained(&mut self, receiver: ExprId, args: &[ExprId], place: &Place, span: Span) -> Option<Source> {
+        let ty = self.ty(receiver).peel().clone();
+        if self.at.is_none() || is_map(&ty) || !self.is_full_range(args) || !self.is_collection_of_references(&ty) {
+            return None;
+        }
+        let drained = self.emptied_collection(place.clone(), ty, span);
+        Some(Source { item: Item::Element(drained), ..Source::bounded() })
     }
 
     fn is_full_range(&self, args: &[ExprId]) -> bool {

@@ -89,6 +89,9 @@ impl Builder<'_> {
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }
+        if let Some(found) = self.leaves_collection(id, receiver, method, args, &value) {
+            return found;
+        }
         // `#[derive(Clone)] struct Handle(Arc<..>)`
         if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
             return Value { is_owned: false, ..value };

@@ -525,6 +525,11 @@ impl Builder<'_> {
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
                 let collection = self.expr(receiver);
+                if let ("drain", Some(place)) = (method, &collection.place)
+                    && let Some(source) = self.drained(receiver, args, place, self.span(id))
+                {
+                    return source;
+                }
                 self.note_taken_out(method, &collection);
                 for arg in args {
                     self.expr(*arg);
