@@ -8,9 +8,7 @@ use super::callgraph;
 use super::declared::declared_ty;
 use super::given::{Given, GivenBase, given, place_of};
 use super::summary::Summaries;
-use crate::flow::{
-    About, Assignment, CallSite, ControlFlowGraph, Effect, Node, NodeId, Place, Test, Transfer, Var,
-};
+use crate::flow::{About, Assignment, CallSite, ControlFlowGraph, Effect, Node, NodeId, Place, Test, Transfer, Var};
 use crate::index::{Index, Ty};
 
 /// How many such places of a function are told apart.
@@ -51,7 +49,9 @@ fn may_refer(index: &Index, ty: &Ty) -> bool {
 
 /// Whether there may be a reference to a filter in a value of the type.
 fn has_room(index: &Index, ty: &Ty) -> bool {
-    may_refer(index, ty) || ty.has_part(&mut |part| matches!(part, Ty::Ref(..))) || matches!(ty, Ty::Adt(..)) && index.holds_filter(ty)
+    may_refer(index, ty)
+        || ty.has_part(&mut |part| matches!(part, Ty::Ref(..)))
+        || matches!(ty, Ty::Adt(..)) && index.holds_filter(ty)
 }
 
 fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
@@ -60,6 +60,7 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
         GivenBase::Param(param) => matches!(graph.var(graph.params[param]).ty, Ty::Ref(true, _)),
         GivenBase::Static(_) => false,
     };
+    let writes_through = |var: Var| matches!(&graph.var(var).ty, Ty::Ref(true, inner) if may_refer(index, inner));
     let refers = |place: &Place| declared_ty(index, graph, place).is_some_and(|ty| may_refer(index, &ty));
     let mut found = BTreeSet::new();
     for id in graph.node_ids() {
@@ -73,6 +74,7 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
             }
             // A variable that refers to something else says nothing of what it referred to.
             (None, Effect::Set(_)) => Vec::new(),
+            (None, _) if !set.place.base_var().is_some_and(writes_through) => Vec::new(),
             // From here on the place is a name of what it is given as well.
             (None, _) => {
                 let mut to = aliases.roots(&set.place);
@@ -120,12 +122,15 @@ fn take_over(graph: &mut ControlFlowGraph, puts: &[BTreeSet<Put>]) {
     for id in graph.node_ids().collect::<Vec<_>>() {
         let Effect::Call(site) = &graph.node(id).effect else { continue };
         let is_only = site.targets.len() == 1;
-        let found: BTreeSet<&Put> = site.targets.iter().filter_map(|target| puts.get(target.0 as usize)).flatten().collect();
+        let found: BTreeSet<&Put> =
+            site.targets.iter().filter_map(|target| puts.get(target.0 as usize)).flatten().collect();
         let given = found.into_iter().filter(|put| is_given_reference(site, &put.from));
-        let mut all = given.filter_map(|put| {
-            let (to, from) = (place_of(&put.to, site)?, place_of(&put.from, site)?);
-            (to != from).then_some((to, from, put.is_certain && is_only))
-        }).collect::<Vec<_>>();
+        let mut all = given
+            .filter_map(|put| {
+                let (to, from) = (place_of(&put.to, site)?, place_of(&put.from, site)?);
+                (to != from).then_some((to, from, put.is_certain && is_only))
+            })
+            .collect::<Vec<_>>();
         all.dedup();
         let text = site.text.clone();
         for (to, from, is_certain) in all {
@@ -140,7 +145,13 @@ fn is_given_reference(site: &CallSite, from: &Given) -> bool {
     site.args.get(param).is_some_and(|arg| arg.is_reference)
 }
 
-fn insert_behind(graph: &mut ControlFlowGraph, at: NodeId, (place, from): (Place, Place), is_certain: bool, text: &str) {
+fn insert_behind(
+    graph: &mut ControlFlowGraph,
+    at: NodeId,
+    (place, from): (Place, Place),
+    is_certain: bool,
+    text: &str,
+) {
     let Node { span, next, in_loop, debug_only, .. } = graph.node(at).clone();
     let mut add = |effect: Effect, next: Vec<NodeId>| {
         let id = NodeId(u32::try_from(graph.nodes.len()).expect("fewer than 2^32 nodes"));

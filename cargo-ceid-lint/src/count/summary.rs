@@ -29,7 +29,9 @@ use super::stand_ins;
 use super::turns;
 use super::uneven;
 use super::{handed, kept, moves};
-use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var};
+use crate::flow::{
+    CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var,
+};
 use crate::index::FunctionId;
 
 /// What a function does.

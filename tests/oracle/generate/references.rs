@@ -12,7 +12,7 @@ impl Generator {
         }
         if let (true, Some(array)) = (self.rng.percent(35), scope.arrays.last().cloned()) {
             let name = self.name("v");
-            let gathered = self.rng.pick(&["iter_mut().collect()", "iter_mut().rev().collect()", "each_mut().into()"]);
+            let gathered = self.rng.pick(&["iter_mut().collect()", "iter_mut().rev().collect()"]);
             nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = {array}.{gathered};")));
             return self.through_collection(&scope.without(&[&array]), &name, nodes);
         }
@@ -50,7 +50,9 @@ impl Generator {
                 nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = vec![{one}];")));
                 nodes.push(Node::line(format!("{name}.extend([{two}]);")));
             }
-            3 => nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = [{one}, {two}].into_iter().collect();"))),
+            3 => {
+                nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = [{one}, {two}].into_iter().collect();")))
+            }
             _ => {
                 nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = Vec::new();")));
                 nodes.push(Node::line(format!("{name}.push({one});")));
@@ -120,9 +122,10 @@ impl Generator {
             true => format!("let mut {name} = Slot {{ held: Some({one}) }};"),
             false => format!("let mut {name} = Some({one});"),
         }));
-        let asked = |how: &str| Node::block(format!("if let Some(f) = {held}{how} {{"), vec![Node::line("f.update();")]);
+        let asked =
+            |how: &str| Node::block(format!("if let Some(f) = {held}{how} {{"), vec![Node::line("f.update();")]);
         match self.rng.below(3) {
-            0 => nodes.push(asked(".take()")),
+            0 if !is_struct => nodes.push(asked(".take()")),
             1 => nodes.push(asked(".as_mut()")),
             _ => {}
         }

@@ -67,11 +67,12 @@ impl Search<'_> {
     fn has_several_elements(&self) -> bool {
         // What changes places in the collection that holds it is still there once.
         let is_other = |(var, _): &(Var, &[_])| Base::Var(*var) != self.instance.base;
-        self.is_put_several_times() || self.aliases.given().filter(is_other).any(|(_, given)| {
-            let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
-            let keys: Vec<&IndexKey> =
-                of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
-            keys.len() > 1 || keys.contains(&&IndexKey::Each)
-        })
+        self.is_put_several_times()
+            || self.aliases.given().filter(is_other).any(|(_, given)| {
+                let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
+                let keys: Vec<&IndexKey> =
+                    of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
+                keys.len() > 1 || keys.contains(&&IndexKey::Each)
+            })
     }
 }

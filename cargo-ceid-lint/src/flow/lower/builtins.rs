@@ -179,7 +179,10 @@ impl Builder<'_> {
             "replace"
                 if args.len() == 1
                     && (self.is_cell(receiver)
-                        || self.is_optional(receiver) && self.program.index.refers_to_filters(self.ty(id))) => self.replace_content(id, value, args),
+                        || self.is_optional(receiver) && self.program.index.refers_to_filters(self.ty(id))) =>
+            {
+                self.replace_content(id, value, args)
+            }
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);

@@ -60,7 +60,14 @@ impl Builder<'_> {
     }
 
     /// `bank.swap(0, 1)`, `bank.reverse()` and their kin: the elements change places. Answers whether it is one.
-    pub(super) fn reordered(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> bool {
+    pub(super) fn reordered(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        value: &Value,
+    ) -> bool {
         let Some(place) = value.place.clone() else { return false };
         let span = self.span(id);
         self.values(args);

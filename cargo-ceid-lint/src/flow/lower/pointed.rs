@@ -38,7 +38,13 @@ impl Builder<'_> {
     }
 
     /// `filters.extend([&mut roll, &mut pitch])`
-    pub(super) fn extend_references(&mut self, id: ExprId, receiver: ExprId, collection: &Value, given: &[Value]) -> bool {
+    pub(super) fn extend_references(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        collection: &Value,
+        given: &[Value],
+    ) -> bool {
         let (Some(collection), [given]) = (&collection.place, given) else { return false };
         let ty = self.ty(receiver).peel();
         let is_such = self.is_collection_of_references(ty);
@@ -81,10 +87,31 @@ impl Builder<'_> {
         match method {
             "into" if self.is_collection_of_references(self.ty(id)) => self.converted_references(id, collection),
             "into_vec" if args.is_empty() => Some(Value { head: None, ..collection.clone() }),
-            "drain" if let Some(source) = self.drained(receiver, args, &place, span) => Some(self.iterator_value(source)),
-            "pop" | "pop_front" | "pop_back" | "remove" | "swap_remove" | "drain" | "split_off" | "truncate" | "retain"
-            | "retain_mut" | "dedup_by_key" | "pop_if" | "extract_if" | "split_first_chunk_mut" | "into" | "append"
-            | "splice" | "concat" | "as_mut_slices" | "as_chunks_mut" | "choose_mut" | "iter_many_mut" => {
+            "drain" if let Some(source) = self.drained(receiver, args, &place, span) => {
+                Some(self.iterator_value(source))
+            }
+            "pop"
+            | "pop_front"
+            | "pop_back"
+            | "remove"
+            | "swap_remove"
+            | "drain"
+            | "split_off"
+            | "truncate"
+            | "retain"
+            | "retain_mut"
+            | "dedup_by_key"
+            | "pop_if"
+            | "extract_if"
+            | "split_first_chunk_mut"
+            | "into"
+            | "append"
+            | "splice"
+            | "concat"
+            | "as_mut_slices"
+            | "as_chunks_mut"
+            | "choose_mut"
+            | "iter_many_mut" => {
                 for value in self.values(args) {
                     self.keep_closure(&value, span);
                 }
@@ -106,7 +133,14 @@ impl Builder<'_> {
     }
 
     /// What a method puts before others gives these another number.
-    pub(super) fn moves_others(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], collection: &Value) {
+    pub(super) fn moves_others(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        collection: &Value,
+    ) {
         let Some(place) = &collection.place else { return };
         let ty = self.ty(receiver).peel();
         let is_before = method == "push_front" || method == "insert" && args.len() == 2;
