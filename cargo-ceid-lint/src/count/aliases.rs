@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::called_place::CalledPlace;
-use super::given::{Given, place_of};
+use super::given::{Given, may_match, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::moves;
 use super::search::Called;
@@ -68,14 +68,6 @@ impl std::ops::Deref for Roots<'_> {
             Self::Others(places) => places,
         }
     }
-}
-
-/// Whether steps may lead to the same part: an element that stands for each may be any, and so may one that data chooses.
-pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
-    let may_be = |left: &IndexKey, right: &IndexKey| left.relate(right, &|_| None) != Some(false);
-    steps.iter().zip(place).all(|(left, right)| {
-        left == right || matches!((left.key(), right.key()), (Some(left), Some(right)) if may_be(left, right))
-    })
 }
 
 /// How many names are looked at for one place: variables that are given parts of each other have more with each link.
