@@ -51,7 +51,7 @@ impl Generator {
                 nodes.push(Node::line(format!("{name}.extend([{two}]);")));
             }
             3 => {
-                nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = [{one}, {two}].into_iter().collect();")))
+                nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = [{one}, {two}].into_iter().collect();")));
             }
             _ => {
                 nodes.push(Node::line(format!("let mut {name}: Vec<&mut Kf> = Vec::new();")));
