@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::aliases::may_match;
 use super::analyse::{Context, CycleId, FunctionFacts};
-use super::given::{Given, GivenBase, place_of, steps_at};
+use super::given::{Given, GivenBase, may_match, place_of, steps_at};
 use super::instances::{leaves, leaves_and_payloads, place_ty};
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};

@@ -32,6 +32,7 @@ mod given;
 mod given_heads;
 mod guards;
 mod handed;
+mod handed_in;
 mod handles;
 mod idle;
 mod instances;

@@ -437,7 +437,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
-        "to_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
+        "to_vec" | "into_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
         "into_boxed_slice" => Ty::std("std::boxed::Box", vec![Ty::Slice(Box::new(inner.clone()))]),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,

@@ -281,8 +281,8 @@ impl Infer<'_> {
         }
         if let ("extend", Some(from)) = (method, given.first()) {
             let item = self.item_ty(from);
-            // Of references, their values may be copied.
-            if !matches!(item, Ty::Ref(..)) {
+            // Of shared references, their values may be copied.
+            if !matches!(item, Ty::Ref(false, _)) {
                 self.collect_into(&receiver, &item);
             }
         }

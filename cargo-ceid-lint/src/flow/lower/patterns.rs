@@ -74,6 +74,7 @@ impl Builder<'_> {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
                 if let Some(option) = emptied.clone() {
                     self.emptied(option, self.span(scrutinee));
+                    self.note_pointed(self.ty(scrutinee));
                 }
             }
             let value = self.expr(arm.body);
@@ -199,6 +200,7 @@ impl Builder<'_> {
         self.test_pattern(pat, &matched, no);
         if let Some(emptied) = matched.value.place.filter(|_| taken.is_some() && self.at.is_some()) {
             self.emptied(emptied, span);
+            self.note_pointed(self.ty(expr));
         }
     }
 

@@ -396,6 +396,7 @@ impl Builder<'_> {
             same_as: value.same_as,
         };
         self.emit(Effect::Write(Box::new(assignment)), span);
+        self.note_pointed(self.ty(target));
     }
 
     /// `place += value`

@@ -525,6 +525,11 @@ impl Builder<'_> {
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
                 let collection = self.expr(receiver);
+                if let ("drain", Some(place)) = (method, &collection.place)
+                    && let Some(source) = self.drained(receiver, args, place, self.span(id))
+                {
+                    return source;
+                }
                 self.note_taken_out(method, &collection);
                 for arg in args {
                     self.expr(*arg);
@@ -631,6 +636,11 @@ impl Builder<'_> {
             // The references to the elements go into another collection.
             self.graph.lent_away.insert(collection.clone());
         }
+        if matches!(method, "collect" | "collect_vec")
+            && let Some(collected) = self.collected_references(id, source.clone())
+        {
+            return Some(collected);
+        }
         if closure.is_none() && !source.has_closures() {
             return Some(picked);
         }
@@ -645,7 +655,11 @@ impl Builder<'_> {
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
             self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));
         }
+        let kept_some = source.over.clone().filter(|_| asks_each);
         self.consume(id, source, closure, Consumer { state, stops, gathers });
+        if let Some(collection) = kept_some.filter(|_| self.is_collection_of_references(self.ty(receiver).peel())) {
+            self.lose_some(id, method, &collection);
+        }
         let carried = state.var().map(Place::var);
         Some(match stops {
             Stops::AndTells(told) => {

@@ -198,6 +198,11 @@ impl Builder<'_> {
         {
             return value;
         }
+        if let ExprKind::Let { pat, value } = &self.body().expr(condition).kind
+            && self.loop_over_popped(label, keyword, (*pat, *value), body)
+        {
+            return Value::default();
+        }
         let mut counted = self.rounds_of_while(label, condition, body);
         let is_counted = counted.counter.is_some();
         let text = self.text(condition);
