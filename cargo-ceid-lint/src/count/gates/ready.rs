@@ -263,6 +263,7 @@ impl Gates<'_, '_> {
         };
         reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
             || reads.iter().any(|place| is_answered(&place))
+            || self.is_asked_by_helper(&Computed { places: reads.clone(), calls: names.clone() })
     }
 
     /// What a truth value was computed from that keeps the answer of the only call behind it, or is one of its answers:

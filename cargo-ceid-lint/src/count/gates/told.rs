@@ -80,6 +80,17 @@ impl Gates<'_, '_> {
         !asked.is_empty() && asked.iter().all(|place| taken.iter().any(|field| is_in(place, field)))
     }
 
+    /// Whether a readiness test and what is fed come from one object, of which a helper asks or reads:
+    /// `if self.imu.ready() { let rate = self.rate(); f.update(rate) }`, `if self.is_ready() { f.update(self.imu.read()) }`.
+    pub(super) fn is_asked_by_helper(&self, asked: &Computed) -> bool {
+        let given = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        let is_read = |place: &Place| given.contains(place) || self.fed().places.contains(place);
+        let owner = |site: &CallSite| site.args.first().and_then(|arg| arg.place.clone());
+        let mut told = self.answers(asked).into_iter().filter_map(|(site, told)| Some((owner(site)?, told)));
+        asked.places.iter().any(|place| given.contains(place))
+            || told.any(|(owner, told)| told.fields.iter().any(|name| is_read(&owner.field(name))))
+    }
+
     fn fields_given(&self, sources: &Sources, is_asked: impl Fn(Option<&Receiver>) -> bool) -> Vec<Place> {
         let index = self.search.program.index;
         let mut fields = Vec::new();

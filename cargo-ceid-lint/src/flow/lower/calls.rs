@@ -83,6 +83,7 @@ impl Builder<'_> {
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.method_value(id, receiver, method, args);
+        self.note_filled_by(receiver, method, args);
         if value.same_as.is_some() && self.option_taken(id).is_some() {
             return value;
         }
@@ -101,6 +102,21 @@ impl Builder<'_> {
             return Value { place: None, same_as: None, head: None, ..value };
         }
         value
+    }
+
+    /// What an object writes into a variable that it is lent comes from the object: `imu.read(&mut sample)`.
+    fn note_filled_by(&mut self, receiver: ExprId, method: &str, args: &[ExprId]) {
+        let is_filter = self.program.index.filter_spec(self.ty(receiver).peel()).is_some();
+        let Some(from) = self.static_place(receiver).filter(|_| !is_filter) else { return };
+        for arg in args {
+            let ExprKind::Reference { mutable: true, value, .. } = self.body().expr(*arg).kind else { continue };
+            let filled = self.static_place(value).and_then(|place| place.base_var());
+            if let Some(var) = filled.filter(|_| self.program.index.is_plain(self.ty(value))) {
+                let computed = self.graph.computed.entry(var).or_default();
+                computed.places.push(from.clone());
+                computed.calls.push(method.to_owned());
+            }
+        }
     }
 
     fn method_value(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
