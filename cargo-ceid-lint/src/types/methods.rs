@@ -3,6 +3,7 @@
 use super::builtin;
 use super::closure_params::{closure_params, held_callback};
 use super::infer::Infer;
+use super::primitive;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
 use crate::syntax::tree::{Block, ExprId, ExprKind, Path, TypeRef};
@@ -204,11 +205,12 @@ impl Infer<'_> {
             (_, "clone" | "to_owned") => ty.clone(),
             // Whatever a primitive is asked, the answer is a truth value.
             (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
-            (Ty::Int | Ty::Float, _) => ty.clone(),
+            (Ty::Int | Ty::Float, _) => primitive::given_by(ty, method),
             (_, "into") => turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope)),
             (_, "parse" | "try_into") => turbofish.first().map_or(Ty::Unknown, |ty| {
                 Ty::std("std::result::Result", vec![self.index.lower(ty, &self.scope), Ty::Unknown])
             }),
+            (Ty::Char | Ty::Str | Ty::External(..), _) => primitive::given_by(ty, method),
             _ => Ty::Unknown,
         }
     }
