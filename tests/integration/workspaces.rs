@@ -44,6 +44,11 @@ fn guarded_robot_of_figure_3() {
 }
 
 #[test]
+fn guards_of_ceid_core_read_as_a_dependency() {
+    check("guards_of_a_dependency");
+}
+
+#[test]
 fn legacy_drone_without_its_baseline() {
     check("legacy_drone");
 }

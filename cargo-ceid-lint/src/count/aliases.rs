@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::called_place::CalledPlace;
-use super::given::{Given, place_of};
+use super::given::{Given, may_match, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::moves;
 use super::search::Called;
@@ -70,14 +70,6 @@ impl std::ops::Deref for Roots<'_> {
     }
 }
 
-/// Whether steps may lead to the same part: an element that stands for each may be any.
-pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
-    steps.iter().zip(place).all(|(left, right)| {
-        left == right
-            || matches!((left.key(), right.key()), (Some(IndexKey::Each), Some(_)) | (Some(_), Some(IndexKey::Each)))
-    })
-}
-
 /// How many names are looked at for one place: variables that are given parts of each other have more with each link.
 const MAX_NAMES: usize = 1_000;
 
@@ -128,7 +120,7 @@ impl Aliases {
                         }
                     }
                 }
-                Effect::Write(write) if write.rebinds => {
+                Effect::Write(write) if write.rebinds || graph.pointed.contains(&id) => {
                     if let Some(from) = &write.from {
                         aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
                     }
@@ -366,7 +358,10 @@ impl Aliases {
         let mut places = Vec::new();
         for (target, summary) in site.targets.iter().filter_map(|target| Some((*target, summaries.get(*target)?))) {
             for law in 0..summary.laws() {
-                for (number, (given, _)) in summary.outcomes(law).enumerate() {
+                for (number, (given, outcomes)) in summary.outcomes(law).enumerate() {
+                    if summary.only_points(given, outcomes, site) {
+                        continue;
+                    }
                     if let Some(place) = place_of(given, site) {
                         let taken = summary.taken.get(given).and_then(|taken| place_of(taken, site));
                         let taken = taken.map(|taken| self.shared_roots(&taken).to_vec()).unwrap_or_default();

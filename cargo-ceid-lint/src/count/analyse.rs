@@ -51,6 +51,7 @@ pub(super) struct FunctionFacts<'a> {
 #[must_use]
 pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -> Analysis {
     super::conditions::hand_up(graphs);
+    super::handed_in::hand_up(program.index, graphs);
     dispatched::mark(program.index, graphs);
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);

@@ -135,6 +135,14 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
     Some(Given { base, steps })
 }
 
+/// Whether steps may lead to the same part: an element that stands for each may be any, and so may one that data chooses.
+pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
+    let may_be = |left: &IndexKey, right: &IndexKey| left.relate(right, &|_| None) != Some(false);
+    steps.iter().zip(place).all(|(left, right)| {
+        left == right || matches!((left.key(), right.key()), (Some(left), Some(right)) if may_be(left, right))
+    })
+}
+
 /// Notes what the callers of a function know a place by.
 pub(super) fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
     into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));

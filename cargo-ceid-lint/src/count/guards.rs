@@ -8,7 +8,7 @@ use super::functions::{FunctionKind, is_passed};
 use super::remarks::note;
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Place, Program};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Place, Program, Rounds};
 use crate::index::{FunctionId, Index, Owner};
 use crate::source::Span;
 
@@ -113,7 +113,7 @@ fn defects<'f>(
         let Some(start) = start else { continue };
         let inside = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
             own.parent == guard.in_loop
-                && own.is_endless()
+                && (own.is_endless() || feeds_round_by_round(facts, guard, *id))
                 && own.head > start
                 && end.is_none_or(|end| own.head < end)
                 && (!is_passed(index, graph, summaries, *id) || asks_filters(index, graph, *id))
@@ -134,6 +134,35 @@ fn defects<'f>(
         }
     }
     found
+}
+
+/// Whether a loop that ends feeds a filter in each round that a guard from before it updates once: the guard of a clock that the
+/// function itself has made, so that the rounds are its cycles. What a round chooses by its number is another filter in each.
+fn feeds_round_by_round(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
+    let graph = facts.graph;
+    let is_own = |place: &Place| place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let roots = |place: &Place| facts.aliases.shared_roots(place).iter().cloned().collect::<Vec<_>>();
+    let held: Vec<Place> = guard.updates.iter().flat_map(roots).collect();
+    let is_once = matches!(graph.loop_info(id).rounds, Rounds::Constant(0 | 1));
+    if is_once
+        || guard.in_loop.is_some()
+        || facts.kind == FunctionKind::Cycle
+        || held.is_empty()
+        || !held.iter().all(is_own)
+    {
+        return false;
+    }
+    let is_held = |place: &Place| {
+        let is_one = |root: &Place| root.steps.iter().all(|step| step.key().is_none());
+        let lies_in = |root: &Place, own: &Place| root.base == own.base && root.steps.starts_with(&own.steps);
+        roots(place).iter().any(|root| is_one(root) && held.iter().any(|own| lies_in(root, own)))
+    };
+    let mut inside = graph.node_ids().map(|node| graph.node(node)).filter(|node| graph.is_within(node.in_loop, id));
+    inside.any(|node| match &node.effect {
+        Effect::Call(site) => site.args.iter().any(|arg| !arg.is_shared && arg.place.as_ref().is_some_and(is_held)),
+        Effect::Write(write) => is_held(&write.place),
+        _ => false,
+    })
 }
 
 /// Whether methods of filters are called within a loop.

@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::aliases::may_match;
 use super::analyse::{Context, CycleId, FunctionFacts};
-use super::given::{Given, GivenBase, place_of, steps_at};
+use super::given::{Given, GivenBase, may_match, place_of, steps_at};
 use super::instances::{leaves, leaves_and_payloads, place_ty};
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
@@ -39,15 +38,17 @@ pub(super) struct Joined {
     /// The steps into the elements of a collection of which several have the same.
     elements: Vec<(Made, Vec<Projection>)>,
     /// The filters whose handles are cloned somewhere, and those whose handles are put together with others.
-    cloned: Vec<Ty>,
+    pub(super) cloned: Vec<Ty>,
     mixed: Vec<Ty>,
+    /// Those to which weak handles lead that are used.
+    pub(super) upgraded: Vec<Ty>,
 }
 
 /// What is made of parts: its type, if that has a name, and the type of the filter.
 type Made = (Option<TypeId>, Option<Ty>);
 
 /// The type of the filter that a handle leads to.
-fn filter_at(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
+pub(super) fn filter_at(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
     let ty = place_ty(index, graph, place)?;
     leaves(index, &ty).into_iter().find(|leaf| leaf.steps.is_empty()).map(|leaf| leaf.ty)
 }
@@ -168,13 +169,25 @@ impl Handles {
         found
     }
 
+    /// Where what lies at a place comes from, and all places on the way there.
+    pub(super) fn ways_to(&self, place: &Place) -> [BTreeSet<Place>; 2] {
+        let found = self.origins(place, false);
+        [found.first, found.on_the_way]
+    }
+
+    /// The variables that are given what another one has, or a part of it.
+    pub(super) fn given_from(&self, var: Var) -> impl Iterator<Item = Var> + '_ {
+        let gets = move |sources: &Vec<Source>| sources.iter().any(|source| source.from.base_var() == Some(var));
+        self.sources.iter().filter(move |(_, sources)| gets(sources)).map(|(to, _)| *to)
+    }
+
     /// Whether two different places may lead to one filter.
     fn may_be_one(&self, left: &Place, right: &Place) -> bool {
         self.origins(left, false).overlaps(&self.origins(right, false))
     }
 
     /// The same with what is known of the values that they are parts of.
-    fn are_one(
+    pub(super) fn are_one(
         &self,
         context: &Context<'_>,
         graph: &ControlFlowGraph,
@@ -270,8 +283,10 @@ impl Joined {
         let mut found = Self::default();
         for FunctionFacts { graph, handles, .. } in facts {
             let duplicated = &graph.duplicated;
-            duplicated.cloned.iter().for_each(|ty| add_filters(index, ty, &mut found.cloned));
-            duplicated.mixed.iter().for_each(|ty| add_filters(index, ty, &mut found.mixed));
+            let noted = [&duplicated.cloned, &duplicated.mixed, &duplicated.upgraded];
+            for (types, found) in noted.iter().zip([&mut found.cloned, &mut found.mixed, &mut found.upgraded]) {
+                types.iter().for_each(|ty| add_filters(index, ty, found));
+            }
             for var in handles.sources.keys() {
                 let ty = graph.var(*var).ty.peel();
                 if matches!(ty, Ty::Adt(..) | Ty::Tuple(_)) {
@@ -384,7 +399,7 @@ fn add_filters(index: &Index, ty: &Ty, found: &mut Vec<Ty>) {
 }
 
 /// Whether a filter is one of some types. What it is generic over is not always known.
-fn is_among(filters: &[Ty], filter: &Option<Ty>) -> bool {
+pub(super) fn is_among(filters: &[Ty], filter: &Option<Ty>) -> bool {
     filters.iter().any(|own| may_be_of(&(None, Some(own.clone())), (None, filter)))
 }
 
@@ -472,24 +487,6 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
             if let Some(cause) = doubt {
                 *pair = pair.in_doubt(&cause);
             }
-        }
-    }
-}
-
-impl Pair {
-    /// The same, where it is not known whether it is so.
-    pub(super) fn in_doubt(&self, cause: &Cause) -> Self {
-        Self {
-            verdict: Verdict::Unproved,
-            gate: None,
-            rules: Verdict::Unproved.rule().into_iter().collect(),
-            cause: Some(cause.to_string()),
-            witness: Vec::new(),
-            primary: None,
-            through: Vec::new(),
-            others: Vec::new(),
-            skips: false,
-            ..self.clone()
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use super::analyse::CycleId;
 use super::decide::{Decision, kept_elsewhere, law_name};
+use super::declared::declared_ty;
 use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;
 use super::verdict::{Gate, Pair, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::Place;
+use crate::flow::{Cause, Place};
 use crate::source::Span;
 
 /// Decides a pair that is owed an update and that nothing known updates.
@@ -76,6 +77,19 @@ pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Deci
     if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)).or_else(kept) {
         return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
     }
+    if is_empty_slot(search) {
+        let name = search.graph.place_name(search.program.index, search.instance);
+        let cause = Cause::Code(format!("what `{name}` refers to"));
+        return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
+    }
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
     Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
+}
+
+/// Whether the instance is only what a part of a value made here refers to, if to anything: `Bench { current: None }`.
+fn is_empty_slot(search: &Search<'_>) -> bool {
+    let (index, graph, place) = (search.program.index, search.graph, search.instance);
+    let is_own = place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let refers = || declared_ty(index, graph, place).is_some_and(|ty| index.refers_to_filters(&ty));
+    is_own && !place.steps.is_empty() && refers()
 }

@@ -9,10 +9,11 @@ use super::fields::Fields;
 use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
+use super::other_handles::is_only_handle;
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use super::witness::OF_COPY;
-use super::{finished, missed, taken_out};
+use super::{finished, missed, taken_out, uses};
 use crate::config::Multiplicity;
 use crate::diagnostic::WitnessStep;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
@@ -210,11 +211,14 @@ impl Context<'_> {
         // Whatever is fed or copied is there.
         let is_copied = || uses.copied || self.is_updated_in_a_copy(facts, place);
         let is_there = || (uses.fed || is_copied()) && !instances::is_in_map(index, graph, place);
-        let is_absent = || leaf.is_uncertain && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
+        // What only a handle of this function's own leads to is there, and nobody else updates it.
+        let is_only = var.is_some_and(|var| leaf.steps.is_empty() && is_only_handle(index, facts, var));
+        let is_absent =
+            || leaf.is_uncertain && !is_only && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
         let is_given = || graph.given_away.iter().any(|(_, given)| given == place);
         let is_read_only = (uses.read || uses.looked_into || is_given()) && !uses.fed && !uses.written;
         // A clone that is only read, or put back, shows what the other one was.
-        let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
+        let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| uses::is_clone(graph, var));
         if is_snapshot
             || uses.leaves
             || is_absent()
@@ -245,7 +249,7 @@ impl Context<'_> {
         };
         let siblings: Vec<CycleId> = pairs.iter().filter(owes).map(|(id, _)| *id).collect();
         // Another handle to what it lies in may be the one by which some code updates it.
-        let has_another = leaf.is_shared && (is_touched(self.fields) || is_touched(self.anywhere));
+        let has_another = leaf.is_shared && (is_touched(self.fields) || is_touched(self.anywhere)) && !is_only;
         let using = self.using_loop(facts, place).filter(|id| !has_another && scope(CycleId::Loop(*id)));
         if let Some(id) = self.owing(facts, place, &siblings, using) {
             self.push_missed(facts, place, 0, id, pairs);
@@ -389,7 +393,7 @@ impl Context<'_> {
             None => missed::decide_missed(&search, region, head),
         };
         self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
-        decision
+        super::other_handles::in_doubt(self, facts, place, decision)
     }
 
     /// The loop that uses an instance and therefore owes it an update.
@@ -474,22 +478,6 @@ impl Context<'_> {
             cycle,
         });
     }
-}
-
-/// Whether a variable is given a clone of what has a name.
-fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
-    let given = |to: &Place| {
-        let sets = graph.nodes.iter().filter_map(|node| match &node.effect {
-            Effect::Set(set) if set.place == *to => Some(set),
-            _ => None,
-        });
-        sets.collect::<Vec<_>>()
-    };
-    let is_copy = |from: &Place| {
-        given(from).iter().any(|set| set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
-    };
-    let own = Place::var(var);
-    is_copy(&own) || given(&own).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
 }
 
 /// Whether a place has a name in the source, and is no value in between.

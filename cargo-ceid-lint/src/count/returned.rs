@@ -1,7 +1,7 @@
 //! Bits of what a function gives back on a way: see [`super::outcome::Outcome`].
 
 use crate::flow::{OTHER_HEADS, Program, Subject};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Index, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Path};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
@@ -50,6 +50,20 @@ pub(super) fn of_function(program: &Program<'_>, function: FunctionId, heads: He
         _ if function.is_async && heads & OTHER != 0 => heads | OTHER,
         _ => heads,
     }
+}
+
+/// What a function gives back that ends the run, if it tells by ceid-core's `Flow` whether it wants another cycle.
+pub(super) fn stop(index: &Index, function: FunctionId) -> Option<Heads> {
+    let gives = index.lower(&index.function(function).function.output, &index.scope_of(function));
+    let is_flow = match gives {
+        Ty::External(path, _) => path == "ceid_core::Flow",
+        Ty::Adt(id, _) => {
+            let def = index.type_def(id);
+            def.name == "Flow" && index.crate_of(def.module).name == "ceid_core"
+        }
+        _ => false,
+    };
+    is_flow.then(|| bit("Stop"))
 }
 
 fn is_constant(body: &Body, id: ExprId) -> bool {

@@ -29,7 +29,9 @@ use super::stand_ins;
 use super::turns;
 use super::uneven;
 use super::{handed, kept, moves};
-use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
+use crate::flow::{
+    CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var,
+};
 use crate::index::FunctionId;
 
 /// What a function does.
@@ -85,6 +87,8 @@ pub(super) struct Summary {
     pub(super) takes_out: BTreeSet<Given>,
     /// Where it puts what it is given: the place, and what is there from then on.
     pub(super) puts: BTreeSet<(Given, Given)>,
+    /// The parameters that a type parameter stands for.
+    pub(super) generic: BTreeSet<usize>,
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
     /// Whether a law that gives back the next state runs in it, whoever has the state.
@@ -139,6 +143,17 @@ impl Summary {
     /// The ways through it for all halves.
     pub(super) fn all_outcomes(&self) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
         self.halves.iter().flatten()
+    }
+}
+
+impl Summary {
+    /// Whether all that happens to a place is that it gets another value, and a call lends a reference there: `*slot = value`.
+    pub(super) fn only_points(&self, given: &Given, outcomes: &[Outcome], site: &CallSite) -> bool {
+        let GivenBase::Param(number) = given.base else { return false };
+        let is_whole = given.steps.is_empty() && self.generic.contains(&number);
+        is_whole
+            && site.args.get(number).is_some_and(|arg| arg.lends_references)
+            && outcomes.iter().all(|outcome| outcome.count == Count::Zero && outcome.unknown.is_none())
     }
 }
 
@@ -199,6 +214,9 @@ impl Summaries {
         let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
         summary.calls.extend(&graph.read_here);
         summary.gives_next = graph.gives_next;
+        let is_param = |var: &Var| is_generic(graph, &Place::var(*var));
+        summary.generic =
+            graph.params.iter().enumerate().filter(|(_, var)| is_param(var)).map(|(number, _)| number).collect();
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.

@@ -9,6 +9,7 @@ use super::instances;
 use super::owed::is_named;
 use crate::flow::{
     Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Transfer,
+    Var,
 };
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
@@ -398,4 +399,20 @@ fn originals(graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
         }
     }
     found
+}
+
+/// Whether a variable is given a clone of what has a name.
+pub(super) fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
+    let given = |to: &Place| {
+        let sets = graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.place == *to => Some(set),
+            _ => None,
+        });
+        sets.collect::<Vec<_>>()
+    };
+    let is_copy = |from: &Place| {
+        given(from).iter().any(|set| set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
+    };
+    let own = Place::var(var);
+    is_copy(&own) || given(&own).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
 }

@@ -5,8 +5,9 @@ use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, Mark, NodeId};
+use crate::flow::{ControlFlowGraph, Effect, Mark, NodeId, Test};
 use crate::source::Span;
+use crate::syntax::CycleDirective;
 
 /// What the last step of a cycle function is called.
 const RETURNS: &str = "`return` ends the cycle";
@@ -16,6 +17,9 @@ pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", b
 
 /// What is said of an update that a cycle gives to a copy of its filter.
 pub const OF_COPY: &str = "only a copy of it is updated here, and what the copy learns is lost";
+
+/// How a gate is told that opens in another one of so many cycles than is claimed for it.
+pub const OTHER_RATE: &str = "this opens in one of ";
 
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
@@ -108,7 +112,9 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 if decides && is_shown && has_choice(search, state.node) {
                     // A pattern of several parts asks for each of them, and the last answer is that of the whole.
                     steps.pop_if(|last| asked == Some(last.span) && last.span == test.span);
-                    steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                    let of_rate = other_rate(search, region, test).filter(|_| end.state.count == Count::Zero);
+                    let message = of_rate.unwrap_or_else(|| condition_text(&test.text, holds));
+                    steps.push(WitnessStep { span: test.span, message });
                     asked = Some(test.span);
                     continue;
                 }
@@ -137,6 +143,20 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         asked = asked.filter(|_| steps.len() == said);
     }
     steps
+}
+
+/// What is said of a gate that is claimed to be a rate gate, if it has another ratio.
+fn other_rate(search: &Search<'_>, region: Region, test: &Test) -> Option<String> {
+    let of_loop = || match region {
+        Region::Loop(id) => search.graph.loop_info(id).directive,
+        Region::Function => None,
+    };
+    let Some(CycleDirective::Every(claimed)) = search.program.directive(test.span).or_else(of_loop) else {
+        return None;
+    };
+    let numbers = || test.about.numbers.iter().copied().find(|number| *number > 0);
+    let found = test.about.ratio.or_else(numbers).filter(|found| *found != claimed)?;
+    Some(format!("{OTHER_RATE}{found} cycles, and `every({claimed})` claims one of {claimed}"))
 }
 
 /// Whether both ways of a branch go on: what panics otherwise, as `unwrap` does, is no choice.

@@ -11,12 +11,16 @@ pub struct Duplicated {
     pub cloned: Vec<Ty>,
     /// Of what goes on with other elements than it had, or with some of them several times.
     pub mixed: Vec<Ty>,
+    /// Of what weak handles lead to.
+    pub upgraded: Vec<Ty>,
 }
 
 impl Duplicated {
     pub(super) fn of(index: &Index, body: &Body, typed: &TypedBody) -> Self {
         let mut found = Self::default();
         let names_clone = |id: &ExprId| matches!(&body.expr(*id).kind, ExprKind::Path(path) if clones(path.last()));
+        let names =
+            |id: &ExprId, name: &str| matches!(&body.expr(*id).kind, ExprKind::Path(path) if path.last() == name);
         // What is made where it is written is no other element.
         let is_there_already = |within: ExprId| {
             body.within(within).any(|id| {
@@ -36,10 +40,11 @@ impl Duplicated {
             };
             // `all.iter().map(Rc::clone)` clones as well.
             let is_cloning = clones(name) || args.iter().any(names_clone);
+            let is_upgrading = name == "upgrade" || args.iter().any(|arg| names(arg, "upgrade"));
             // `BTreeMap::from([(FRONT, wheel.clone()), (BACK, wheel)])`
             let lists = || name == "from" && args.iter().any(|arg| matches!(typed.ty(*arg), Ty::Array(..)));
             let is_mixing = mixes(name) || lists();
-            if !is_cloning && !is_mixing {
+            if !is_cloning && !is_mixing && !is_upgrading {
                 continue;
             }
             let parts = receiver.into_iter().chain(args.iter().copied()).chain([ExprId(number)]);
@@ -51,6 +56,7 @@ impl Duplicated {
             let is_mixing = is_mixing && mixed.any(is_there_already);
             for ty in shared {
                 found.cloned.extend(is_cloning.then(|| ty.clone()));
+                found.upgraded.extend(is_upgrading.then(|| ty.clone()));
                 found.mixed.extend(is_mixing.then(|| ty.clone()));
             }
         }

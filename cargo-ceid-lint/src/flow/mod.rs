@@ -99,6 +99,8 @@ pub struct ControlFlowGraph {
     pub kept: Vec<(Place, Cause)>,
     /// Handles that are duplicated.
     pub duplicated: Duplicated,
+    /// The nodes at which what refers to filters refers to others from then on: `slot = Some(&mut lag)`.
+    pub pointed: std::collections::BTreeSet<NodeId>,
     /// Places with filters to which references were made.
     pub lent_away: std::collections::BTreeSet<Place>,
     /// What is known of cells.
@@ -373,6 +375,10 @@ pub struct Argument {
     pub is_shared: bool,
     /// Whether it is passed by value, so that it is in what the function makes of it from then on.
     pub is_moved: bool,
+    /// Whether all that it has of filters are references to them.
+    pub is_reference: bool,
+    /// Whether what it lends are such references, so that another value there is no other filter.
+    pub lends_references: bool,
     /// Whether the result of the call takes its place: `state = step(state)`.
     pub is_back: bool,
     /// Whether it is passed by value and its type is `Copy`: what is done to it is done to another instance.

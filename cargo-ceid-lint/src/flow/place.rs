@@ -71,7 +71,7 @@ impl Projection {
 pub enum IndexKey {
     /// A number.
     Number(u64),
-    /// A constant expression by its spelling: `Axis::Roll as usize`.
+    /// A constant expression by its spelling, or the number of a variant: `Axis::Roll`.
     Named(Arc<str>),
     /// A literal that is no such number, in the one way in which it is spelled: `'x'`, `-1`, `true`.
     Literal(Arc<str>),
@@ -464,10 +464,11 @@ impl IndexKey {
         if let (Some(left), Some(right)) = (number(self), number(other)) {
             return Some(left == right);
         }
+        let owner = |name: &str| name.rsplit_once("::").map(|(owner, _)| owner.to_owned());
         match (self, other) {
-            (Self::Named(_), Self::Named(_))
-            | (Self::Literal(_), Self::Literal(_) | Self::Number(_))
-            | (Self::Number(_), Self::Literal(_)) => Some(false),
+            // Those of two types may have one number.
+            (Self::Named(own), Self::Named(other)) => (owner(own) == owner(other)).then_some(false),
+            (Self::Literal(_), Self::Literal(_) | Self::Number(_)) | (Self::Number(_), Self::Literal(_)) => Some(false),
             (Self::Slice(section) | Self::EachIn(section), other)
             | (other, Self::Slice(section) | Self::EachIn(section)) => {
                 number(other).and_then(|number| section.has(number)).filter(|has| !has)

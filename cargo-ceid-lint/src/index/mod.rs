@@ -11,6 +11,7 @@ mod known;
 mod lookup;
 mod names;
 mod owned;
+mod plain;
 mod possible;
 mod rtic;
 mod states;

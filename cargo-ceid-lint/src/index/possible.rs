@@ -1,6 +1,6 @@
 //! Which impls may be for a type, and which traits a type may have: only what all code that is there rules out is left out.
 
-use super::{ImplId, Index, Owner, TraitName, TraitRef, Ty};
+use super::{ImplId, Index, Owner, TraitName, TraitRef, Ty, TypeId};
 use crate::syntax::tree::{GenericArg, OpaqueMacro, TypeRef};
 
 /// How deep the bounds of impls are followed.
@@ -63,12 +63,20 @@ impl Index {
             impl_ty.may_be(ty) && self.may_stand_for(*id, impl_ty, ty, depth + 1)
         };
         let impls = match ty {
+            // The macro of a filter set writes the impl.
+            Ty::Adt(id, _) if def.name == "SampledFilter" && self.is_filter_set(*id) => return true,
             // Most types have their traits by an impl of their own.
             Ty::Adt(id, _) if self.has_trait(*id, name) => return true,
             Ty::Adt(..) => self.blankets_of(name),
             _ => self.impls_of_trait.get(of).map_or(&[][..], Vec::as_slice),
         };
         impls.iter().any(is_by_impl) || derives(ty) || self.is_made_unread([own, &def.name])
+    }
+
+    /// Whether a struct was made by ceid-core's `filters!`.
+    #[must_use]
+    pub fn is_filter_set(&self, id: TypeId) -> bool {
+        self.type_def(id).attributes.iter().any(|own| own.path == "ceid_core::filters")
     }
 
     /// Whether an item that could not be read may define something of what has one of these names.

@@ -5,6 +5,7 @@ use super::body::LoopBody;
 use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
+use super::holding::is_value;
 use super::loops::Loops;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
@@ -42,7 +43,8 @@ pub(super) fn lines(
     let start = start.ok_or_else(|| refuse("the loop is not a statement of a block: put it into one, `{ … }`"))?;
     let core = CoreItems::of(of.program, of.function);
     let body = without_comments(of.program.sources.snippet(of.span(of.body.root)));
-    let is_taken = |name: &str| has_word(&body, name) || of.typed.locals.iter().any(|local| local.name == name);
+    let is_local = |name: &str| of.typed.locals.iter().any(|local| local.name == name);
+    let is_taken = |name: &str| has_word(&body, name) || is_local(name) || is_value(of, name);
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name)).or_else(|| present.map(|_| ""));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let Style { end, .. } = of.style;

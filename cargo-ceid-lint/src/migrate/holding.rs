@@ -13,7 +13,7 @@ use super::mentions::{Guarded, held, is_about, is_about_owner};
 use super::sites::{Part, Place, Site};
 use super::text::{without_comments, words};
 use crate::count::{Pair, Verdict};
-use crate::index::{FunctionId, Ty};
+use crate::index::{Def, FunctionId, Namespace, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, StmtKind};
 use crate::types::LocalId;
@@ -442,6 +442,7 @@ fn free_name(of: &LoopBody<'_>, own: &Guarded, taken: &BTreeSet<String>) -> Opti
             && !is_raw(of, own.at, name)
             && !taken.contains(name)
             && !of.typed.locals.iter().any(|local| local.name == name)
+            && !is_value(of, name)
             && words(&code, name).all(|at| code[..at].trim_end().ends_with('.'))
     };
     (1..=all.len())
@@ -450,6 +451,13 @@ fn free_name(of: &LoopBody<'_>, own: &Guarded, taken: &BTreeSet<String>) -> Opti
         .map(|name| name.replace("self_", "own_"))
         .chain(is_variable.then(|| format!("own_{local}")))
         .find(|name| is_free(name))
+}
+
+/// Whether a name is that of a static, a constant, or a unit that the module has, which no variable can have.
+pub(super) fn is_value(of: &LoopBody<'_>, name: &str) -> bool {
+    let index = of.program.index;
+    let found = index.resolve(of.def().module, &[name.to_owned()], Namespace::Value);
+    matches!(found, Some(Def::Value(_) | Def::Variant(..) | Def::Type(_)))
 }
 
 /// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.

@@ -235,6 +235,7 @@ impl Hollow<'_> {
         match of.kind(id) {
             ExprKind::Path(_) => !matches!(of.typed.callees.get(&id), Some(Callee::Resolved(_))),
             ExprKind::Literal(_) => true,
+            ExprKind::Deref(value) => asks(*value) && matches!(of.typed.ty(*value), Ty::Ref(..)),
             ExprKind::Field { base, .. } => asks(*base) && !matches!(of.typed.ty(*base).peel(), Ty::External(..)),
             ExprKind::Reference { value, .. } | ExprKind::Not(value) => asks(*value) && is_plain(of.typed.ty(*value)),
             ExprKind::Let { value, .. } => {

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::purity::fields;
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId, primitive};
 use crate::syntax::tree::{Body, ExprId, ExprKind, GenericArg};
@@ -193,7 +192,7 @@ impl Reached {
             ty.has_part(&mut |part| {
                 match part {
                     Ty::Adt(id, _) if reached.types.insert(*id) && with_fields => {
-                        open.extend(fields(index, part).into_iter().map(|field| (field, true)));
+                        open.extend(index.field_types(part).into_iter().map(|field| (field, true)));
                     }
                     // What the parameter of a type stands for is among its arguments.
                     Ty::Param(_) if is_field => {}

@@ -46,7 +46,7 @@ impl<'t> Import<'t> {
                 return None;
             }
         }
-        let mut before = head[..begin].lines().map(str::trim);
+        let mut before = head[..begin].trim_start_matches('\u{feff}').lines().map(str::trim);
         // Attributes belong to it; a block begins with a brace.
         let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
@@ -147,7 +147,11 @@ impl<'t> Import<'t> {
         match left.as_slice() {
             [] if is_nested || has_comments => None,
             [] => Some(whole()),
-            [one] if *one != "self" && !has_comments => Some((list, (*one).to_owned())),
+            [one] if *one != "self" && !has_comments => {
+                let path = text[..list.start].trim_end();
+                let start = if path.ends_with("::") { path.len() } else { list.start };
+                Some((start..list.end, (*one).to_owned()))
+            }
             ["self"] if !has_comments && text[..list.start].ends_with("::") => {
                 Some((list.start - "::".len()..list.end, String::new()))
             }
@@ -235,14 +239,18 @@ mod tests {
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
         check("use crate::b::{ Kf, Pid, Step };\n", Some("use crate::b::{ Kf, Pid };\n"));
         check("use a;\nuse b::Step; // for `step`\n// c\nuse c;\n", Some("use a;\n// c\nuse c;\n"));
+        check("use {crate::b::Kf, crate::b::Step};\n", Some("use crate::b::Kf;\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
         check("use crate::Step::Kf;\n", None);
+        check("\u{feff}use crate::b::{Kf, Step};\n", Some("\u{feff}use crate::b::Kf;\n"));
+        check("\u{feff}use crate::b::Step;\nuse c;\n", Some("\u{feff}use c;\n"));
         check("use crate::b::Step as Other;\n", Some(""));
         check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
         check(
             "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
             Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
         );
+        check("use crate::b::\n{\n    Kf,\n    Step,\n};\n", Some("use crate::b::Kf;\n"));
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
         check("use crate::{b::{Kf, Pid}, c::Step};\n", Some("use crate::b::{Kf, Pid};\n"));

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::loops::Loops;
 use super::owned::is_dropped_in_silence;
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId, ValueDef};
+use crate::index::{Def, FunctionId, Index, Owner, TraitName, TraitRef, Ty, TypeId, ValueDef};
 use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
 use crate::types::{Callee, Resolved, TypedBody};
 
@@ -27,9 +27,16 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                     return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
                 }
                 Callee::Resolved(resolved) => {
-                    let mut owners = resolved.targets.iter().filter_map(|target| owner(program.index, *target));
-                    if let Some(part) = owners.find_map(|owner| shared_outside(program.index, owner)) {
+                    let owners = || resolved.targets.iter().filter_map(|target| owner(program.index, *target));
+                    if let Some(part) = owners().find_map(|owner| shared_outside(program.index, owner)) {
                         return Some(format!("calls {}, which may be that of {part}", called(program, body, *call)));
+                    }
+                    // Of a parameter, which type it is only its caller knows.
+                    if is_of_a_value(body, typed, *call)
+                        && let Some(part) = owners().find_map(|owner| shared_part(program.index, owner))
+                    {
+                        let text = "which may be that of a type that shares";
+                        return Some(format!("calls {}, {text} {part} with others", called(program, body, *call)));
                     }
                     open.extend(&resolved.targets);
                 }
@@ -65,7 +72,7 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
         let mut values = (0u32..).take(body.exprs.len()).filter_map(value);
         let is_table = |value: &ValueDef| {
             let scope = program.index.scope(value.module, value.owner, None);
-            !value.item.is_mutable && is_plain(program.index, &program.index.lower(&value.item.ty, &scope))
+            !value.item.is_mutable && program.index.is_plain(&program.index.lower(&value.item.ty, &scope))
         };
         if let Some(own) = values.find(|value| value.item.is_static && !is_table(value)) {
             return Some(format!("uses the static `{}`", own.name));
@@ -119,7 +126,7 @@ fn destructors(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Vec<Funct
                 let impls = index.impls_of(ty).into_iter().map(|id| index.impl_def(id));
                 let own = impls.filter(|def| def.implements.as_ref() == Some(&drop));
                 found.extend(own.filter_map(|def| def.methods.get("drop").copied()));
-                found.extend(fields(index, ty).iter().flat_map(|field| destructors(index, field, seen)));
+                found.extend(index.field_types(ty).iter().flat_map(|field| destructors(index, field, seen)));
             }
             found
         }
@@ -231,7 +238,7 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
         Ty::External(path, args) => {
             let name = path.rsplit("::").next().unwrap_or(path);
             // What nobody can change is the same whoever else has it.
-            if matches!(name, "Rc" | "Arc") && args.iter().all(|arg| is_plain(index, arg)) {
+            if matches!(name, "Rc" | "Arc") && args.iter().all(|arg| index.is_plain(arg)) {
                 return None;
             }
             let is_shared = matches!(
@@ -256,43 +263,8 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             if !seen.insert(*id) {
                 return None;
             }
-            fields(index, ty).iter().find_map(|field| shared(index, field, seen))
+            index.field_types(ty).iter().find_map(|field| shared(index, field, seen))
         }
         _ => None,
     }
-}
-
-/// Whether values of a type are the same as long as nobody has them to himself: numbers, texts, and what consists of such.
-fn is_plain(index: &Index, ty: &Ty) -> bool {
-    all_plain(index, ty, &mut BTreeSet::new())
-}
-
-fn all_plain(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> bool {
-    match ty {
-        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char => true,
-        Ty::Ref(false, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => all_plain(index, inner, seen),
-        Ty::Tuple(parts) => parts.iter().all(|part| all_plain(index, part, seen)),
-        Ty::External(path, args) => {
-            let name = path.strip_prefix("std::").and_then(|path| path.rsplit("::").next());
-            matches!(name, Some("Box" | "Vec" | "String" | "Option" | "Duration" | "Rc" | "Arc" | "BTreeMap"))
-                && args.iter().all(|arg| all_plain(index, arg, seen))
-        }
-        Ty::Adt(id, args) => {
-            args.iter().all(|arg| all_plain(index, arg, seen))
-                && (!seen.insert(*id) || fields(index, ty).iter().all(|field| all_plain(index, field, seen)))
-        }
-        _ => false,
-    }
-}
-
-/// The types of the fields of a type of the analysed code, of all its variants.
-pub(super) fn fields(index: &Index, ty: &Ty) -> Vec<Ty> {
-    let Ty::Adt(id, _) = ty else { return Vec::new() };
-    let def = index.type_def(*id);
-    let scope = index.scope(def.module, Owner::Module, Some(&def.generics));
-    let fields = match &def.shape {
-        Shape::Struct(fields) => fields.fields.iter().collect::<Vec<_>>(),
-        Shape::Enum(variants) => variants.iter().flat_map(|variant| &variant.fields.fields).collect(),
-    };
-    fields.iter().map(|field| index.lower(&field.ty, &scope)).collect()
 }

@@ -51,9 +51,10 @@ pub(super) fn join_insertions(edits: &mut Vec<(Span, String)>) {
     *edits = joined;
 }
 
-/// Where the line of a byte begins.
+/// Where the line of a byte begins; the first one behind the mark of the text's encoding.
 pub(super) fn line_start(text: &str, at: usize) -> usize {
-    text[..at].rfind('\n').map_or(0, |newline| newline + 1)
+    let mark = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    text[..at].rfind('\n').map_or(mark.min(at), |newline| newline + 1)
 }
 
 /// Where the line of a byte ends, its line end included.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
-use crate::count::{BY_CALL, OF_COPY, WAYS_AGAIN};
+use crate::count::{BY_CALL, OF_COPY, OTHER_RATE, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -284,6 +284,10 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
         finding.helps.push(format!(
             "put the copy back in the place of `{name}` on each path, or reset `{name}` where it is not"
         ));
+    }
+    let mut steps = pairs.iter().flat_map(|pair| &pair.witness);
+    if let Some(step) = steps.find(|step| step.message.starts_with(OTHER_RATE)) {
+        finding.primary.message.clone_from(&step.message);
     }
     let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
     finding.notes.push(format!(

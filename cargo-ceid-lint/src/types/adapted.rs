@@ -21,6 +21,15 @@ impl Infer<'_> {
         }
     }
 
+    /// Whether a type is one of ceid-core's.
+    pub(super) fn is_of_core(&self, ty: &Ty) -> bool {
+        match ty {
+            Ty::External(path, _) => path.starts_with("ceid_core::"),
+            Ty::Adt(id, _) => self.index.crate_of(self.index.type_def(*id).module).name == "ceid_core",
+            _ => false,
+        }
+    }
+
     /// `Adapted::new(&mut filter, law)`: the filter, what the law is fed with, and what it gives back.
     pub(super) fn adapted(&mut self, id: ExprId, function: &str, args: &[ExprId]) -> Ty {
         let body = self.body;

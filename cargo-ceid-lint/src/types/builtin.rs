@@ -437,7 +437,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
-        "to_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
+        "to_vec" | "into_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
         "into_boxed_slice" => Ty::std("std::boxed::Box", vec![Ty::Slice(Box::new(inner.clone()))]),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
@@ -486,7 +486,8 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         | "reduce" => option(item.clone()),
         "for_each" | "for_each_init" | "for_each_with" => Ty::unit(),
         "fold" | "rfold" => args.first().cloned().unwrap_or(Ty::Unknown),
-        "count" | "position" | "len" => Ty::Int,
+        "count" | "len" => Ty::Int,
+        "position" | "rposition" => option(Ty::Int),
         "all" | "any" | "contains" | "is_empty" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,
         // What lends filters to a guard is kept in a vector.
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {

@@ -5,7 +5,7 @@ use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::primitive;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Path};
 
 /// How many `Deref` impls are gone through.
@@ -423,9 +423,8 @@ impl Infer<'_> {
         if name == "clone" {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
         }
-        let is_set = |id: TypeId| self.index.type_def(id).attributes.iter().any(|own| own.path == "ceid_core::filters");
-        let makes_itself =
-            (name == "register" && matches!(ty, Ty::Adt(id, _) if is_set(id))) || names_constructor(name);
+        let makes_itself = (name == "register" && matches!(ty, Ty::Adt(id, _) if self.index.is_filter_set(id)))
+            || names_constructor(name);
         // `File::open(…)?` and its kin: the function is known although its crate is not read.
         if builtin::may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);

@@ -578,15 +578,12 @@ impl Infer<'_> {
                 for (_, place) in filters {
                     self.expr(*place, None);
                 }
-                // What is fed under its new name counts; of what else is done under it, the guard's own update is enough to know.
+                // What is fed under its new name is fed to the filter.
                 for (name, place) in names {
                     let ty = self.variables.shallow(self.typed.expr_ty[place.0 as usize].peel());
-                    let each = match &ty {
-                        Ty::Array(each, _) => self.variables.shallow(each),
-                        Ty::External(path, args) if path == "std::vec::Vec" => self.variables.shallow(&args[0]),
-                        _ => ty.clone(),
-                    };
-                    if self.is_adapted(&each) {
+                    // What ceid-core wraps is another type under its name, and the guard's own update is enough to know of it.
+                    let each = self.variables.shallow(ty.element().unwrap_or(&ty));
+                    if self.is_adapted(&each) || !self.is_of_core(&each) {
                         self.pat(*name, &Ty::Ref(true, Box::new(ty)), None);
                     }
                 }

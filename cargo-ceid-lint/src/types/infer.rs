@@ -107,6 +107,7 @@ impl Infer<'_> {
         for resolved in called.chain(self.typed.items.values_mut()) {
             resolved.self_ty = self.variables.resolve(&resolved.self_ty);
         }
+        self.type_tested();
         self.typed
     }
 

@@ -205,11 +205,12 @@ impl Infer<'_> {
             (_, "clone" | "to_owned") => ty.clone(),
             // Whatever a primitive is asked, the answer is a truth value.
             (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
-            (Ty::Int | Ty::Float, _) => primitive::given_by(ty, method),
+            (Ty::Int | Ty::Float, _) if !matches!(method, "into" | "try_into") => primitive::given_by(ty, method),
             (_, "into") => turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope)),
-            (_, "parse" | "try_into") => turbofish.first().map_or(Ty::Unknown, |ty| {
-                Ty::std("std::result::Result", vec![self.index.lower(ty, &self.scope), Ty::Unknown])
-            }),
+            (_, "parse" | "try_into") => {
+                let made = turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope));
+                Ty::std("std::result::Result", vec![made, Ty::Unknown])
+            }
             (Ty::Char | Ty::Str | Ty::External(..), _) => primitive::given_by(ty, method),
             _ => Ty::Unknown,
         }
@@ -278,8 +279,8 @@ impl Infer<'_> {
         }
         if let ("extend", Some(from)) = (method, given.first()) {
             let item = self.item_ty(from);
-            // Of references, their values may be copied.
-            if !matches!(item, Ty::Ref(..)) {
+            // Of shared references, their values may be copied.
+            if !matches!(item, Ty::Ref(false, _)) {
                 self.collect_into(&receiver, &item);
             }
         }

@@ -15,6 +15,7 @@ mod named;
 mod paths;
 mod pattern;
 mod primitive;
+mod tested;
 mod unify;
 mod unread;
 

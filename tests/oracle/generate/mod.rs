@@ -3,6 +3,7 @@
 mod calls;
 mod guarded;
 mod places;
+mod references;
 mod scope;
 mod statements;
 mod switches;

@@ -178,6 +178,12 @@ impl Scope {
         left.map_or_else(String::new, |cycle| format!("io.leave({cycle}); "))
     }
 
+    /// The same without filters, for a question only.
+    pub(super) fn emptied(&self) -> Self {
+        let (places, arrays, options) = (Vec::new(), Vec::new(), Vec::new());
+        Self { places, arrays, options, ..self.clone() }
+    }
+
     /// The same while a place is borrowed under another name.
     pub(super) fn without(&self, roots: &[&str]) -> Self {
         let mut rest = self.clone();

@@ -47,6 +47,7 @@ impl Generator {
             2 * deep,
             1,
             2 * deep,
+            4 * deep,
             3,
         ];
         match self.rng.weighted(&weights) {
@@ -66,6 +67,7 @@ impl Generator {
             13 => self.let_pattern(scope, nodes),
             14 => self.reset(scope, nodes),
             15 => self.collection(scope, nodes),
+            16 => self.references(scope, nodes),
             _ => self.switch(scope, nodes),
         }
     }

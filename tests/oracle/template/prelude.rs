@@ -114,3 +114,37 @@ pub trait Io {
     fn attempt(&self) -> Result<f32, Fault>;
     fn show(&self, value: f32);
 }
+
+/// References that are kept.
+pub struct Keeper<'x> {
+    held: Vec<&'x mut Kf>,
+}
+
+impl<'x> Keeper<'x> {
+    pub fn keep(&mut self, filter: &'x mut Kf) {
+        self.held.push(filter);
+    }
+
+    pub fn tick(&mut self) {
+        for filter in self.held.iter_mut() {
+            filter.update();
+        }
+    }
+}
+
+/// One of them.
+pub struct Slot<'x> {
+    held: Option<&'x mut Kf>,
+}
+
+impl<'x> Slot<'x> {
+    pub fn attach(&mut self, filter: &'x mut Kf) {
+        self.held = Some(filter);
+    }
+
+    pub fn tick(&mut self) {
+        if let Some(filter) = self.held.as_mut() {
+            filter.update();
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::Gates;
 use super::sources::counts_shared;
-use super::time::is_clock;
+use super::time::{is_clock, names_timer};
 use crate::count::cycles::named;
 use crate::flow::{CallSite, ChangeKind, NodeId, Place, Test};
 use crate::index::Ty;
@@ -10,6 +10,55 @@ use crate::index::Ty;
 /// What takes one number from another.
 const DIFFERENCES: &[&str] =
     &["wrapping_sub", "saturating_sub", "checked_sub", "unwrap", "unwrap_or", "unwrap_or_default"];
+
+/// Words in the names of functions that tell the time, where what they give is used as one: `get_tick`, `uptime_ms`, `read_timer`.
+const CLOCK_WORDS: &[&str] = &[
+    "clock",
+    "cyccnt",
+    "cycles",
+    "jiffies",
+    "micros",
+    "millis",
+    "mono",
+    "monotonic",
+    "ms",
+    "msecs",
+    "mtime",
+    "nanos",
+    "ns",
+    "rtc",
+    "seconds",
+    "secs",
+    "systick",
+    "tick",
+    "ticks",
+    "time",
+    "timer",
+    "timestamp",
+    "uptime",
+    "us",
+    "usecs",
+];
+
+/// Methods by which a timer tells how far it has counted.
+const COUNTS: &[&str] = &["cnt", "count", "counter", "get_count", "get_counter", "read_count"];
+
+/// Whether a function tells the time, by a word of its name: `k_uptime_get`, `xTaskGetTickCount`.
+fn has_clock_word(name: &str) -> bool {
+    let mut word = String::new();
+    let mut is_after_small = false;
+    for sign in name.chars().chain(['_']) {
+        if sign == '_' || sign.is_uppercase() && is_after_small {
+            if CLOCK_WORDS.contains(&word.as_str()) {
+                return true;
+            }
+            word.clear();
+        }
+        is_after_small = sign.is_lowercase();
+        word.extend(sign.to_lowercase().filter(|sign| *sign != '_'));
+    }
+    false
+}
 
 impl Gates<'_, '_> {
     /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
@@ -41,7 +90,8 @@ impl Gates<'_, '_> {
         let kept = |place: &Place| if self.outlives(place) { place.clone() } else { self.taken_from(place) };
         let put_off = |moment: &Place, next: &Place| {
             let next = kept(next);
-            (self.is_given_number(moment) && is_next(&next, moment)).then_some(next)
+            let is_moment = self.is_given_number(moment) || self.is_read_of_clock(moment);
+            (is_moment && is_next(&next, moment)).then_some(next)
         };
         [(left, right), (right, left)].into_iter().find_map(|(moment, next)| put_off(moment, next))
     }
@@ -67,21 +117,28 @@ impl Gates<'_, '_> {
     }
 
     /// `if t - self.since >= PERIOD { self.since = t; … }`: the number that was kept when the gate opened the last time, less than what
-    /// the function is given and feeds to no filter, or than what an interrupt counts.
+    /// the function is given and feeds to no filter, than what an interrupt counts, or than what something called a clock tells.
     pub(super) fn begun_again(&self, test: &Test) -> Option<Place> {
         let about = &test.about;
         if !about.is_comparison || about.is_masked || about.is_remainder || about.is_presence {
             return None;
         }
         let sources = self.behind(test);
-        let reckons = |name: &String| DIFFERENCES.contains(&name.as_str()) || counts_shared(name);
+        let tells = |name: &String| has_clock_word(name) || self.counts_of_timer(name, &sources.places);
+        let reckons = |name: &String| DIFFERENCES.contains(&name.as_str()) || counts_shared(name) || tells(name);
         if !sources.calls.iter().all(|name| reckons(name) || !name.contains(char::is_lowercase)) {
             return None;
         }
-        let is_moment = |place: &Place| self.is_given_number(place) || self.is_counted_by_others(place);
-        let is_from_moment = |id: NodeId| {
-            let copied = self.search.graph.copied(id);
-            copied.is_some_and(|from| sources.places.contains(&from) && is_moment(&from))
+        let is_moment = |place: &Place| {
+            self.is_given_number(place) || self.is_counted_by_others(place) || self.is_read_of_clock(place)
+        };
+        let is_from_moment = |id: NodeId| match self.search.graph.copied(id) {
+            Some(from) => sources.places.contains(&from) && is_moment(&from),
+            // It is read anew: `self.since = get_tick();`
+            None => self.search.graph.changes.get(&id).is_some_and(|change| {
+                let calls = &change.computed.calls;
+                !calls.is_empty() && calls.iter().all(|name| tells(name) && sources.calls.contains(name))
+            }),
         };
         // Which of them is larger says nothing of what lies between them.
         let is_difference = |kept: &Place| {
@@ -120,6 +177,24 @@ impl Gates<'_, '_> {
             && !self.feeds_any(&[var])
     }
 
+    /// A number that something called a clock tells, and that is fed to no filter: `let t = uptime_ms();`
+    fn is_read_of_clock(&self, place: &Place) -> bool {
+        let Some(var) = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place)) else {
+            return false;
+        };
+        let Some(computed) = self.search.graph.computed.get(&var) else { return false };
+        let tells = |name: &String| has_clock_word(name) || self.counts_of_timer(name, &computed.places);
+        !computed.calls.is_empty()
+            && computed.calls.iter().all(tells)
+            && !self.outlives(place)
+            && !self.feeds_any(&[var])
+    }
+
+    /// Whether a call asks a timer, which one of these places is by its name, how far it has counted: `self.tim2.cnt()`.
+    fn counts_of_timer<'p>(&self, name: &str, places: impl IntoIterator<Item = &'p Place>) -> bool {
+        COUNTS.contains(&name) && places.into_iter().any(|place| names_timer(&self.last_name(place)))
+    }
+
     /// Whether a call answers what has gone since a time that it keeps at a place: `let gone = now - self.at; self.at = now; gone`.
     pub(super) fn is_told_since(&self, site: &CallSite, id: NodeId, place: &Place) -> bool {
         let Some(owner) = site.args.first().and_then(|arg| arg.place.as_ref()) else { return false };
@@ -129,5 +204,28 @@ impl Gates<'_, '_> {
             && !told.scales
             && told.fields.iter().any(|name| owner.field(name) == *place)
             && (told.calls.iter().any(|name| is_clock(name)) || is_given_time())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_are_told_by_the_words_of_their_names() {
+        for name in [
+            "uptime_ms",
+            "HAL_GetTick",
+            "xTaskGetTickCount",
+            "k_uptime_get",
+            "mach_absolute_time",
+            "usecs",
+            "ticks64_ms",
+        ] {
+            assert!(has_clock_word(name), "{name}");
+        }
+        for name in ["encoder_counts", "sometimes", "stick", "position", "us32", "params", "bonus"] {
+            assert!(!has_clock_word(name), "{name}");
+        }
     }
 }

@@ -13,15 +13,15 @@ const READINESS: &[&str] = &[
     "has",
     "drdy",
     "can_read",
+    "poll",
+    "fresh",
+    "conversion_done",
     "new",
     "pending",
-    "fresh",
     "updated",
     "valid",
-    "conversion_done",
     "stale",
     "data",
-    "poll",
 ];
 
 /// Words in the names of methods that tell how much is there to be read.
@@ -47,7 +47,7 @@ const STATUS: &[&str] = &["status", "flags", "state", "isr"];
 const STATUS_REGISTERS: &[&str] = &["sr", "isr", "csr", "status", "stat", "flags", "events", "ris", "mis"];
 
 /// How many of them no measured value is called by.
-const CERTAIN: usize = 6;
+const CERTAIN: usize = 9;
 
 /// Words in the names of methods that are fed with parts of a message, and answer whether it is complete.
 const PARSING: &[&str] =

@@ -424,7 +424,7 @@ pub(in crate::count) fn paced_by(search: &Search<'_>, ways: &[Outcome]) -> BTree
 }
 
 /// Whether a place is named as a timer.
-fn names_timer(name: &str) -> bool {
+pub(super) fn names_timer(name: &str) -> bool {
     let name = name.to_lowercase();
     let parts = ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period", "systick"];
     parts.iter().any(|part| name.contains(part)) || is_numbered_timer(&name)

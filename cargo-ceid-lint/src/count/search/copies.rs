@@ -165,7 +165,7 @@ impl Run<'_, '_> {
             return state.copies;
         }
         let (awaited, others) = (awaited.clone(), others.clone());
-        let others = self.search.renamed(&others, set, &|var| self.number(state, var)).0;
+        let others = self.search.renamed(&others, set, state.node, &|var| self.number(state, var)).0;
         self.copies.intern(Copies { awaited, others })
     }
 

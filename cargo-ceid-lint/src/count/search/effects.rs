@@ -313,12 +313,17 @@ impl Run<'_, '_> {
             self.rejuvenate(&mut next);
         } else if !is_next && is_concerned(self.names.get(state.names), set) {
             let names = self.names.get(state.names);
-            let (renamed, replaced) = self.search.renamed(names, set, &|var| self.number(state, var));
+            let (renamed, replaced) = self.search.renamed(names, set, state.node, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
                 self.exploration.limit = true;
                 return;
             }
+            let chosen = self.search.chosen_of(names, set, &|var| self.number(state, var));
+            let chosen = chosen.filter(|_| !set.from.as_ref().is_some_and(|from| self.is_other_round(state, from)));
             next.names = self.names.intern(renamed);
+            if let Some(cause) = chosen {
+                next.unknown = Some(self.cause(&cause));
+            }
             next.reset |= replaced;
             if replaced && self.is_ahead(&next) {
                 next.unknown = Some(self.made_of_next());

@@ -135,16 +135,16 @@ impl Search<'_> {
 
     /// The names of the instance at a node, over all ways that lead there, or over those that conditions which never change leave.
     fn explore_to(&self, target: NodeId, starts: &[NodeId], are_told_apart: bool) -> Vec<Reached> {
-        let mut known: Interner<Reached> = Interner::default();
+        let mut known: Interner<(Reached, Vec<LoopId>)> = Interner::default();
         let mut seen: FxHashSet<(NodeId, u32)> = FxHashSet::default();
         let mut open: Vec<(NodeId, u32)> = Vec::new();
-        let begin = known.intern((vec![self.instance.clone()], None));
+        let begin = known.intern(((vec![self.instance.clone()], None), Vec::new()));
         for start in starts {
             for next in &self.graph.node(*start).next {
                 open.push((*next, begin));
             }
             if *start == target {
-                return vec![known.get(begin).clone()];
+                return vec![known.get(begin).0.clone()];
             }
         }
         // A long function has many nodes, and few names at each of them.
@@ -153,7 +153,7 @@ impl Search<'_> {
         let mut found = Vec::new();
         while let Some((node, reached)) = open.pop() {
             if node == target {
-                found.push(known.get(reached).clone());
+                found.push(known.get(reached).0.clone());
                 continue;
             }
             if seen.len() > limit {
@@ -164,8 +164,10 @@ impl Search<'_> {
             if !seen.insert((node, reached)) {
                 continue;
             }
-            let (names, doubt) = known.get(reached);
-            let mut behind: Vec<Reached> = Vec::new();
+            // Loops over the elements of a collection that have had the round of the instance.
+            let ((names, doubt), passed) = known.get(reached);
+            let (mut behind, mut passed): (Vec<Reached>, Vec<LoopId>) = (Vec::new(), passed.clone());
+            let mut round = None;
             match &self.graph.node(node).effect {
                 // What is told of a part of what was just made leaves that where it is.
                 Effect::Set(set) if set.is_of_part() => {}
@@ -173,13 +175,14 @@ impl Search<'_> {
                     // A copy that was put back by then, or never is, tells nothing.
                     let stays =
                         set.transfer == Transfer::RoundTrip && !is_put_back && !set.place.overlaps(self.instance);
-                    let names = if stays { names.clone() } else { self.renamed(names, set, &|_| None).0 };
+                    let chosen = self.chosen_of(names, set, &|_| None);
+                    let names = if stays { names.clone() } else { self.renamed(names, set, node, &|_| None).0 };
                     // Where its variable gets another value and nothing else names it, the instance is gone; what its variable
                     // names from there on is followed from there.
                     if names.is_empty() && starts.contains(&node) {
                         continue;
                     }
-                    behind.push((names, doubt.clone()));
+                    behind.push((names, chosen.or_else(|| doubt.clone())));
                 }
                 Effect::Call(site) => {
                     if let Some((names, is_doubtful)) = self.borrowed(names, site, &|_| None) {
@@ -187,16 +190,27 @@ impl Search<'_> {
                         behind.push((names, if is_doubtful { Some(cause()) } else { doubt.clone() }));
                     }
                 }
+                Effect::LoopEnter(id) => {
+                    behind.push((names.clone(), doubt.clone()));
+                    passed.retain(|other| other != id);
+                }
                 Effect::LoopHead(id) => {
                     let plain = self.without_items(names, *id);
-                    let own = self.covers(*id).then(|| self.with_items(&plain, *id));
-                    behind.extend([plain].into_iter().chain(own).map(|names| (names, doubt.clone())));
+                    if self.covers(*id) && !passed.contains(id) {
+                        round = Some((self.with_items(&plain, *id), doubt.clone(), *id));
+                    }
+                    behind.push((plain, doubt.clone()));
                 }
                 _ => {}
             }
+            let is_due = round.as_ref().is_some_and(|(_, _, id)| !self.passes_over(*id));
+            if let (Some((names, doubt, id)), Some(first)) = (round, self.graph.node(node).next.first()) {
+                let had = passed.iter().copied().chain([id]).collect();
+                open.push((*first, known.intern(((names, doubt), had))));
+            }
             let all: Vec<u32> = match behind.is_empty() {
                 true => vec![reached],
-                false => behind.into_iter().map(|reached| known.intern(reached)).collect(),
+                false => behind.into_iter().map(|reached| known.intern((reached, passed.clone()))).collect(),
             };
             let asked = match &self.graph.node(node).effect {
                 Effect::Branch(test) if are_told_apart => test.subject.map(|id| (test, id)),
@@ -204,9 +218,13 @@ impl Search<'_> {
             };
             let possible = asked.map(|(_, id)| self.settled_at(node, id));
             for (edge, next) in self.graph.node(node).next.iter().enumerate() {
+                // Each element has its round before the loop comes to its end.
+                if is_due && edge > 0 {
+                    continue;
+                }
                 let heads = asked.map_or(0, |(test, _)| if edge == 0 { test.holds } else { test.fails });
                 if possible.is_none_or(|possible| possible & heads != 0) {
-                    let own = all.iter().filter(|reached| !self.is_of_another(&known.get(**reached).0, *next));
+                    let own = all.iter().filter(|reached| !self.is_of_another(&known.get(**reached).0.0, *next));
                     open.extend(own.map(|reached| (*next, *reached)));
                 }
             }

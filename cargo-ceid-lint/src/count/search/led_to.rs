@@ -1,5 +1,7 @@
 //! Collections whose elements are references: several of them may lead to one filter.
 
+use std::collections::BTreeMap;
+
 use super::Search;
 use crate::count::declared::declared_ty;
 use crate::flow::{Base, Effect, IndexKey, NodeId, Place, Projection, Var};
@@ -41,15 +43,36 @@ impl Search<'_> {
         })
     }
 
+    /// Whether elements that lead to the instance are put into a collection at several places, or in the rounds of a loop that is
+    /// no other one's for each of them: `for _ in 0..n { ports.push(&bus); }`
+    fn is_put_several_times(&self) -> bool {
+        let graph = self.graph;
+        let mut collections: BTreeMap<Place, usize> = BTreeMap::new();
+        for id in graph.node_ids() {
+            let (Effect::Set(set) | Effect::Write(set)) = &graph.node(id).effect else { continue };
+            let key = set.place.steps.iter().position(|step| matches!(step.key(), Some(IndexKey::Data(_))));
+            let (Some(at), Some(from), Some(var)) = (key, &set.from, set.place.base_var()) else { continue };
+            if Base::Var(var) == self.instance.base || !self.is_part_led_to(from) {
+                continue;
+            }
+            let is_again =
+                graph.loops_around(id).any(|id| !graph.is_within(graph.var(var).in_loop, id) && !self.covers(id));
+            let collection = Place { base: set.place.base, steps: set.place.steps[..at].to_vec() };
+            *collections.entry(collection).or_default() += if is_again { 2 } else { 1 };
+        }
+        collections.into_values().any(|times| times > 1)
+    }
+
     /// Whether several elements of a collection, or each of them, are names of the instance.
     fn has_several_elements(&self) -> bool {
         // What changes places in the collection that holds it is still there once.
         let is_other = |(var, _): &(Var, &[_])| Base::Var(*var) != self.instance.base;
-        self.aliases.given().filter(is_other).any(|(_, given)| {
-            let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
-            let keys: Vec<&IndexKey> =
-                of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
-            keys.len() > 1 || keys.contains(&&IndexKey::Each)
-        })
+        self.is_put_several_times()
+            || self.aliases.given().filter(is_other).any(|(_, given)| {
+                let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
+                let keys: Vec<&IndexKey> =
+                    of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
+                keys.len() > 1 || keys.contains(&&IndexKey::Each)
+            })
     }
 }

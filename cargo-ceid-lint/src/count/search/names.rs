@@ -6,8 +6,8 @@ use crate::count::aliases::Aliases;
 use crate::count::given::given;
 use crate::count::instances::place_ty;
 use crate::flow::{
-    Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
-    Rounds, Section, Transfer, Var,
+    Assignment, CallSite, Cause, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection,
+    Relation, Rounds, Section, Transfer, Var,
 };
 use crate::index::{Index, Ty};
 use std::collections::BTreeMap;
@@ -18,8 +18,11 @@ impl Search<'_> {
         &self,
         names: &[Place],
         set: &Assignment,
+        node: NodeId,
         value: &dyn Fn(Var) -> Option<u64>,
     ) -> (Vec<Place>, bool) {
+        // What only referred to the instance refers to something else.
+        let is_pointed = self.graph.pointed.contains(&node);
         let mut gained: Vec<Place> = Vec::new();
         let mut lost: Vec<Place> = Vec::new();
         // A copy is another instance.
@@ -41,7 +44,7 @@ impl Search<'_> {
             }
             match set.place.relate(name, value) {
                 Relation::Holds(_) if !gained.contains(name) => {
-                    if set.rebinds {
+                    if set.rebinds || is_pointed && name != self.instance {
                         continue;
                     }
                     replaced = gained.is_empty();
@@ -54,6 +57,23 @@ impl Search<'_> {
         kept.sort();
         kept.dedup();
         (kept, replaced)
+    }
+
+    /// Why what is given to a place may be the instance or not: it is one of several references, and data says which.
+    pub(super) fn chosen_of(
+        &self,
+        names: &[Place],
+        set: &Assignment,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> Option<Cause> {
+        let from = set.from.as_ref().filter(|_| set.transfer != Transfer::Copy)?;
+        let is_reference =
+            |name: &Place| name.base != self.instance.base && name.steps.iter().any(|step| step.key().is_some());
+        let relation = |name: &Place| from.relate(name, value);
+        let is_chosen = |name: &&Place| is_reference(name) && matches!(relation(name), Relation::MayHold(..));
+        let is_told = names.iter().any(|name| matches!(relation(name), Relation::Holds(_)));
+        (!is_told && names.iter().any(|name| is_chosen(&name)))
+            .then(|| Cause::Index(self.graph.place_name(self.program.index, from)))
     }
 
     /// Whether an instance with these names is no longer in its own place, but in another one that a caller knows.
@@ -198,7 +218,9 @@ impl Search<'_> {
         if let Some((counter, _)) = info.counter {
             for name in names {
                 for (at, step) in name.steps.iter().enumerate() {
-                    if matches!(step.key(), Some(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
+                    let is_kept = name.base != self.instance.base && matches!(step.key(), Some(IndexKey::Data(_)));
+                    if is_kept || matches!(step.key(), Some(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_)))
+                    {
                         let mut indexed = name.clone();
                         indexed.steps[at] = step.with_key(IndexKey::Var(counter));
                         all.push(indexed);
@@ -277,6 +299,21 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &LoopInfo, instance: &Pl
             && root.steps.iter().zip(&instance.steps).all(is_same)
             && instance.steps[root.steps.len()].key().is_some()
     })
+}
+
+/// Whether a loop's counter is the index of each of the references in a collection that has one to the instance.
+fn indexes_references(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> bool {
+    let is_each = |collection: &Place| {
+        let ends_with_it = |limit: &Limit| matches!(limit, Limit::Elements(other) if other == collection);
+        !info.limits.is_empty() && info.limits.iter().all(ends_with_it)
+    };
+    let leads_to_it = |collection: &Place| {
+        let parts = aliases.parts(collection);
+        parts.iter().any(|(steps, root)| steps.first().is_some_and(|step| step.key().is_some()) && root == instance)
+    };
+    let is_other = |collection: &&Place| collection.base != instance.base;
+    info.counter.is_some_and(|(_, first)| first == Some(0))
+        && info.indexes.iter().filter(is_other).any(|collection| is_each(collection) && leads_to_it(collection))
 }
 
 /// Whether a loop's counter may begin behind the element that the instance is, or behind one that it stands for.
@@ -399,7 +436,8 @@ pub(super) fn covering_loops(
         let section = parts.get(&id);
         let is_part = section.is_none() && section_of(aliases, info, instance).is_some();
         let is_own = |root: &Place| !is_part && element_rest(&in_each_round(graph, root, instance), instance).is_some();
-        let of_items = info.items.iter().any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| is_own(root)));
+        let of_items = info.items.iter().any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| is_own(root)))
+            || indexes_references(aliases, info, instance);
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())

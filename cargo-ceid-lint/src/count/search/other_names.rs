@@ -146,7 +146,11 @@ impl Search<'_> {
     /// Why a node may write what a cell holds, if it does not do so by a name that is known for one of it.
     fn other_name(&self, node: NodeId, cell: &OnWay, place: &Place, is_it: &dyn Fn(&Place) -> bool) -> Option<Cause> {
         let (index, graph) = (self.program.index, self.graph);
-        let name = |place: &Place| graph.place_name(index, place);
+        // What a cell lends on the way has no name.
+        let name = |place: &Place| match graph.place_name(index, place) {
+            name if name.is_empty() => "_".to_owned(),
+            name => name,
+        };
         let unseen = |text: &str| {
             cell.is_shared.then(|| Cause::Code(format!("what `{text}` does to what `{}` holds", name(place))))
         };

@@ -344,10 +344,13 @@ impl<'s, 'a> Run<'s, 'a> {
         }
         let names = self.names.get(state.names);
         let own = |name: &Place| {
-            let mut place = place.clone();
-            for (step, of_name) in place.steps.iter_mut().zip(&name.steps) {
+            let (mut place, mut name) = (place.clone(), name.clone());
+            for (step, of_name) in place.steps.iter_mut().zip(&mut name.steps) {
                 let is_own = match (step.key(), of_name.key()) {
-                    (Some(IndexKey::Each), Some(_)) => true,
+                    (Some(IndexKey::Each), Some(_)) => {
+                        of_name.clone_from(step);
+                        false
+                    }
                     (Some(IndexKey::EachIn(section)), Some(IndexKey::Number(number))) => {
                         section.is_written_with(*number)
                     }
@@ -357,7 +360,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     step.clone_from(of_name);
                 }
             }
-            place.relate(name, &|var| self.number(state, var))
+            place.relate(&name, &|var| self.number(state, var))
         };
         names.iter().map(own).collect()
     }

@@ -16,7 +16,11 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        self.note_foreign_iterator(id, receiver, method, &value);
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
+            return found;
+        }
+        if let Some(found) = self.leaves_collection(id, receiver, method, args, &value) {
             return found;
         }
         let values = self.values(args);
@@ -39,6 +43,7 @@ impl Builder<'_> {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {
                 self.derive_scratch(receiver, args);
+                self.moves_others(id, receiver, method, args, &value);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
                     let clones = if method == "resize" { self.keep_clones(given, *arg) } else { None };
@@ -58,6 +63,7 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            "extend" if self.extend_references(id, receiver, &value, &values) => Value::default(),
             "extend" | "extend_from_slice" if values.iter().any(|value| value.iterator.is_some()) => {
                 for (value, arg) in values.into_iter().zip(args) {
                     if let Some(source) = value.iterator {
@@ -170,7 +176,13 @@ impl Builder<'_> {
                 let content = Value { is_owned: is_copy, head: None, same_as: None, ..value.clone() };
                 if is_copy { self.copy_of(&content, self.ty(id).clone(), span) } else { content }
             }
-            "replace" if args.len() == 1 && self.is_cell(receiver) => self.replace_content(id, value, args),
+            "replace"
+                if args.len() == 1
+                    && (self.is_cell(receiver)
+                        || self.is_optional(receiver) && self.program.index.refers_to_filters(self.ty(id))) =>
+            {
+                self.replace_content(id, value, args)
+            }
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);
@@ -183,6 +195,7 @@ impl Builder<'_> {
                     self.keep_clones(&given, *arg);
                 }
                 self.write_whole(value, &Value::default(), span);
+                self.note_pointed(self.ty(receiver).peel());
                 Value::default()
             }
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
@@ -195,6 +208,7 @@ impl Builder<'_> {
                     given.head = Some("+".to_owned());
                 }
                 self.write_whole(value, &given, span);
+                self.note_pointed(self.ty(receiver).peel());
                 match &value.place {
                     Some(_) if self.is_optional(receiver) => self.note_filled(args[0]),
                     Some(place) => self.note_given(place, args[0]),
@@ -217,6 +231,7 @@ impl Builder<'_> {
                         let made = made.unwrap_or_default();
                         if is_filled {
                             this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
+                            this.note_pointed(this.ty(receiver).peel());
                         }
                     });
                 }
@@ -353,7 +368,7 @@ impl Builder<'_> {
             }
             _ if super::exchanges::reorders(method, args.len())
                 && self.may_hold_filter(self.ty(receiver))
-                && self.reordered(id, method, args, value) =>
+                && self.reordered(id, receiver, method, args, value) =>
             {
                 Value::default()
             }
@@ -399,36 +414,6 @@ impl Builder<'_> {
         matches!(self.ty(id).peel().external_name(), Some("Cell" | "RefCell"))
             || matches!(self.ty(id).peel(), Ty::External(path, args)
                 if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
-    }
-
-    /// A path on which the value is absent ends here.
-    fn assume_present(&mut self, value: &Value, receiver: ExprId, span: Span) {
-        if self.at.is_none() || value.same_as.is_none() {
-            return;
-        }
-        let about = self.about_presence(receiver, Vec::new());
-        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
-        self.resume(bad);
-        self.diverge(span);
-        self.resume(good);
-    }
-
-    /// Code that runs only where the value is absent.
-    fn on_absent(&mut self, value: &Value, receiver: ExprId, span: Span, inside: impl FnOnce(&mut Self)) {
-        if self.at.is_none() {
-            return;
-        }
-        let about = self.about_presence(receiver, Vec::new());
-        let is_option = self.ty(receiver).peel().external_name() == Some("Option");
-        let asked = if is_option { format!("let Some(_) = {}", self.text(receiver)) } else { self.text(receiver) };
-        let (present, absent) = self.branch_on_head(value, "+", "-", span, asked, about);
-        let after = self.add_node(Effect::Nothing, span);
-        self.resume(absent);
-        inside(self);
-        self.jump(after);
-        self.resume(present);
-        self.jump(after);
-        self.resume_if_reached(after);
     }
 
     /// `option.map(|x| …)`: the closure runs where the value is there.

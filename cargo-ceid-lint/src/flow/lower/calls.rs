@@ -282,6 +282,8 @@ impl Builder<'_> {
                 is_setting: self.is_setting(*expr),
                 is_shared: self.is_shared(*expr),
                 is_moved,
+                is_reference: self.program.index.refers_to_filters(self.ty(*expr)),
+                lends_references: matches!(self.ty(*expr), Ty::Ref(true, inner) if self.program.index.refers_to_filters(inner)),
                 is_back: false,
                 is_copy,
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },

@@ -60,7 +60,14 @@ impl Builder<'_> {
     }
 
     /// `bank.swap(0, 1)`, `bank.reverse()` and their kin: the elements change places. Answers whether it is one.
-    pub(super) fn reordered(&mut self, id: ExprId, method: &str, args: &[ExprId], value: &Value) -> bool {
+    pub(super) fn reordered(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        value: &Value,
+    ) -> bool {
         let Some(place) = value.place.clone() else { return false };
         let span = self.span(id);
         self.values(args);
@@ -72,6 +79,7 @@ impl Builder<'_> {
         let keys: Vec<Option<Place>> = args.iter().map(|arg| key(self, arg)).collect();
         match keys.as_slice() {
             [Some(a), Some(b)] if method == "swap" => self.exchange([a, b], [None, None], span),
+            _ if self.shuffle_references(id, receiver, &place) => {}
             _ => {
                 let element = place.element(IndexKey::Data("…".into()));
                 let cause = Cause::Reordered(self.text(id));

@@ -110,6 +110,11 @@ impl Builder<'_> {
             return self.iterator_value(source);
         }
         let values = self.values(args);
+        if let ("from" | "from_iter", [given]) = (last, values.as_slice())
+            && let Some(found) = self.converted_references(id, given)
+        {
+            return found;
+        }
         if last == "from_iter"
             && let Some(source) = values.first().and_then(|value| value.iterator.clone())
         {
@@ -232,7 +237,10 @@ impl Builder<'_> {
 
     /// `cell.replace(new)`
     pub(super) fn replace_content(&mut self, id: ExprId, content: &Value, args: &[ExprId]) -> Value {
-        let values = self.values(args);
+        let mut values = self.values(args);
+        if matches!(&self.body().expr(id).kind, ExprKind::MethodCall { receiver, .. } if self.is_optional(*receiver)) {
+            values.iter_mut().for_each(|value| value.head = Some("+".to_owned()));
+        }
         self.replace_by(id, content, args.first().copied(), values.first())
     }
 
@@ -270,6 +278,7 @@ impl Builder<'_> {
             same_as: new.same_as.filter(|_| is_state),
         };
         self.emit(Effect::Write(Box::new(writes)), span);
+        self.note_pointed(self.ty(id));
         if let Some(given) = given {
             self.note_given(&place, given);
         }

@@ -112,6 +112,15 @@ impl Builder<'_> {
         Value { place: place.map(|place| place.element(key)), ..Value::default() }
     }
 
+    /// What an iterator does that the function was lent is not seen: it may write cells that others know.
+    pub(super) fn note_foreign_iterator(&mut self, id: ExprId, receiver: ExprId, method: &str, value: &Value) {
+        let base = value.place.as_ref().and_then(Place::base_var);
+        let is_given = value.iterator.is_none() && base.is_some_and(|var| self.graph.var(var).param.is_some());
+        if method.starts_with("next") && is_given && self.iterates(self.ty(receiver)) {
+            self.emit(Effect::Unknown { places: Vec::new(), cause: Cause::Call(self.text(id)) }, self.span(id));
+        }
+    }
+
     /// Whether the adaptors of an iterator only look at its items.
     pub(super) fn may_look_ahead(&self, receiver: ExprId, value: &Value) -> bool {
         self.iterates(self.ty(receiver)) && value.iterator.as_deref().is_none_or(Source::keeps_items)

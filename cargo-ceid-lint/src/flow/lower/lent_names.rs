@@ -49,7 +49,9 @@ impl Builder<'_> {
                 }
                 let ty = &self.typed().local(local).ty;
                 let is_lent = matches!(ty, Ty::Ref(true, inner) if !matches!(**inner, Ty::Ref(..)));
-                let is_number = is_lent && matches!(ty.peel(), Ty::Int | Ty::Float | Ty::Bool);
+                let is_cell = matches!(ty, Ty::Ref(false, inner) if inner.external_name() == Some("Cell"))
+                    && !self.may_hold_filter(ty.peel());
+                let is_number = is_cell || is_lent && matches!(ty.peel(), Ty::Int | Ty::Float | Ty::Bool);
                 let holds_filter = self.may_hold_filter(ty.peel());
                 let frame = &mut self.frames[self.frame];
                 if is_number {

@@ -57,6 +57,36 @@ impl Builder<'_> {
         self.close_join(&join)
     }
 
+    /// A path on which the value is absent ends here.
+    pub(super) fn assume_present(&mut self, value: &Value, receiver: ExprId, span: Span) {
+        if self.at.is_none() || value.same_as.is_none() {
+            return;
+        }
+        let about = self.about_presence(receiver, Vec::new());
+        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
+        self.resume(bad);
+        self.diverge(span);
+        self.resume(good);
+    }
+
+    /// Code that runs only where the value is absent.
+    pub(super) fn on_absent(&mut self, value: &Value, receiver: ExprId, span: Span, inside: impl FnOnce(&mut Self)) {
+        if self.at.is_none() {
+            return;
+        }
+        let about = self.about_presence(receiver, Vec::new());
+        let is_option = self.ty(receiver).peel().external_name() == Some("Option");
+        let asked = if is_option { format!("let Some(_) = {}", self.text(receiver)) } else { self.text(receiver) };
+        let (present, absent) = self.branch_on_head(value, "+", "-", span, asked, about);
+        let after = self.add_node(Effect::Nothing, span);
+        self.resume(absent);
+        inside(self);
+        self.jump(after);
+        self.resume(present);
+        self.jump(after);
+        self.resume_if_reached(after);
+    }
+
     /// Notes what the names are computed from that a closure gives to what an option holds; answers these.
     pub(super) fn derive_payload(&mut self, closure: ClosureRef, receiver: ExprId) -> Vec<Var> {
         let vars = self.closure_vars(closure);
@@ -96,6 +126,7 @@ impl Builder<'_> {
             self.graph.copies.insert(at, place.clone());
         }
         self.emptied(place, span);
+        self.note_pointed(self.ty(id));
         Value { place: Some(Place::var(taken)), same_as: Some(taken), ..leaving }
     }
 

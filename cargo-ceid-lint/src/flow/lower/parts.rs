@@ -24,6 +24,7 @@ impl Builder<'_> {
             self.copy_parts(value, part, span);
             // Whether there is something in an answer, a pattern of the whole may ask.
             if value.same_as.is_some() && self.is_plain_option(self.ty(expr)) {
+                self.note_part(part, None);
                 let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), None) };
                 self.emit(Effect::Set(Box::new(given)), span);
             }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::numbers::limit_of_type;
 use super::parts::given_to;
-use super::subjects::Pure;
+use super::subjects::{Pure, pure_place};
 use super::{Builder, Value};
 use crate::flow::{About, Assignment, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
 use crate::index::{Def, Shape, Ty};
@@ -15,7 +15,7 @@ use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
 
 /// What is matched: its value, and what tells it from other values.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Matched {
     value: Value,
     pure: Option<Pure>,
@@ -25,6 +25,7 @@ struct Matched {
     span: Option<Span>,
     /// The expression, if it is one of the source.
     expr: Option<ExprId>,
+    ty: Ty,
 }
 
 impl Builder<'_> {
@@ -73,6 +74,7 @@ impl Builder<'_> {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
                 if let Some(option) = emptied.clone() {
                     self.emptied(option, self.span(scrutinee));
+                    self.note_pointed(self.ty(scrutinee));
                 }
             }
             let value = self.expr(arm.body);
@@ -174,7 +176,8 @@ impl Builder<'_> {
         if let Some(unnamed) = asked.filter(|var| self.graph.var(*var).name.is_empty()) {
             self.derive(&[unnamed], scrutinee);
         }
-        (Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }, emptied)
+        let ty = self.ty(scrutinee).clone();
+        (Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee), ty }, emptied)
     }
 
     /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
@@ -192,10 +195,12 @@ impl Builder<'_> {
         about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
-        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
+        let (value, ty) = (value.clone(), self.ty(expr).clone());
+        let matched = Matched { value, pure, total, about, text, span: Some(span), expr: Some(expr), ty };
         self.test_pattern(pat, &matched, no);
-        if let Some(emptied) = value.place.clone().filter(|_| taken.is_some() && self.at.is_some()) {
+        if let Some(emptied) = matched.value.place.filter(|_| taken.is_some() && self.at.is_some()) {
             self.emptied(emptied, span);
+            self.note_pointed(self.ty(expr));
         }
     }
 
@@ -426,8 +431,24 @@ impl Builder<'_> {
         let Value { is_owned, leaves_by, .. } = matched.value;
         let value = Value { place, is_owned, leaves_by, ..Value::default() };
         let step = if is_transparent { format!("{name}!") } else { name.to_owned() };
-        let pure = matched.pure.as_ref().map(|pure| pure.part(&step));
-        Matched { value, pure, total: None, ..matched.clone() }
+        let ty = self.part_ty(&matched.ty, name).filter(|_| !is_transparent);
+        let whole = matched.pure.as_ref().and_then(|pure| pure.whole.as_ref());
+        // A part that has a place is asked for as its field is: `match t { (true, _) => … }` asks what `if t.0` does.
+        let (pure, total) = match (whole, &ty) {
+            (Some(whole), Some(ty)) if !self.may_hold_filter(ty) => {
+                (Some(pure_place(whole.field(name))), self.total_heads(ty).map(Rc::from))
+            }
+            _ => (matched.pure.as_ref().map(|pure| pure.part(&step)), None),
+        };
+        Matched { value, pure, total, ty: ty.unwrap_or(Ty::Unknown), ..matched.clone() }
+    }
+
+    /// The type of an element of a tuple, or of a field of a struct.
+    fn part_ty(&self, ty: &Ty, name: &str) -> Option<Ty> {
+        match ty.peel() {
+            Ty::Tuple(parts) => name.parse().ok().and_then(|number: usize| parts.get(number)).cloned(),
+            ty => self.program.index.field_ty(ty, None, name),
+        }
     }
 
     /// An element of a tuple that is matched: where the tuple is written out, it is asked about by itself.

@@ -47,11 +47,9 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::Literal(Literal::Int(Some(value), _)) => Some(IndexKey::Number(*value)),
             ExprKind::Range { .. } => None,
+            // A variant and its number name the same element.
             ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } | ExprKind::Deref(value) => {
-                self.index_key(*value).map(|key| match key {
-                    IndexKey::Named(_) => IndexKey::Named(self.text(id).into()),
-                    other => other,
-                })
+                self.index_key(*value)
             }
             ExprKind::Path(path) => Some(self.index_path(id, path)),
             ExprKind::Binary { op: "-", rhs, .. } if self.is_mirrored(*rhs) => self.index_key(*rhs),
@@ -128,6 +126,7 @@ impl Builder<'_> {
     pub(super) fn index_expr(&mut self, id: ExprId, base: ExprId, index: ExprId) -> Value {
         let value = self.expr(base);
         let index_value = self.expr(index);
+        let of_variant = self.cast_variant(index);
         if let Some(function) = self.index_function(self.ty(base)) {
             let result = self.emit_call(id, &[function], &[base, index], &[value, index_value], None);
             return Value { place: Some(Place::var(result)), ..Value::default() };
@@ -142,7 +141,7 @@ impl Builder<'_> {
         let place = match key {
             None => place,
             Some(key) => {
-                let key = self.settle_key(key, index_value.place.as_ref());
+                let key = self.settle_key(key, of_variant.as_ref().or(index_value.place.as_ref()));
                 self.note_indexing(&key, &place);
                 place.element(key)
             }
@@ -173,6 +172,12 @@ impl Builder<'_> {
             }
             _ => Some(IndexKey::Slice(Section::unknown(&self.text(id)))),
         }
+    }
+
+    /// The variable whose variant gives an index its number: `axis as usize`.
+    fn cast_variant(&mut self, index: ExprId) -> Option<Place> {
+        let ExprKind::Cast { value, .. } = self.body().expr(index).kind else { return None };
+        if matches!(self.ty(value), Ty::Adt(..)) { self.static_place(value) } else { None }
     }
 
     /// A variable names an element for certain if it counts a loop or is a parameter; otherwise it depends on data.
@@ -391,6 +396,7 @@ impl Builder<'_> {
             same_as: value.same_as,
         };
         self.emit(Effect::Write(Box::new(assignment)), span);
+        self.note_pointed(self.ty(target));
     }
 
     /// `place += value`

@@ -28,6 +28,7 @@ impl Builder<'_> {
                 let base = self.pure(*base)?;
                 Some(Pure { key: format!("{}.{name}", base.key), reads: base.reads, whole: None })
             }
+            ExprKind::Field { .. } | ExprKind::Index { .. } if let Some(found) = self.pure_setting(id) => Some(found),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = if self.names_inner(id) { None } else { self.static_place(id) };
                 let Some(place) = place else { return self.pure_entry(id).or_else(|| self.pure_borrowed(id)) };
@@ -84,7 +85,8 @@ impl Builder<'_> {
             }
             // What is made once is the same from then on.
             ExprKind::MethodCall { receiver, method, .. }
-                if method == "get_or_init" && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
+                if matches!(method.as_str(), "get" | "get_or_init")
+                    && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
             {
                 let place = self.static_place(*receiver)?;
                 let reads = place.base_var().map(|_| place.clone()).into_iter().collect();
@@ -182,6 +184,36 @@ impl Builder<'_> {
         Some(Pure { key, reads: [table.reads, at.reads].concat(), whole: None })
     }
 
+    /// A part of a constant, or of a static that nobody changes: `CONFIG.heater.is_on`, `TABLE[1].gain`.
+    fn pure_setting(&mut self, id: ExprId) -> Option<Pure> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Field { base, name } => {
+                let base = self.pure_setting(*base)?;
+                Some(Pure { key: format!("{}.{name}", base.key), ..base })
+            }
+            ExprKind::Index { base, index } => {
+                let base = self.pure_setting(*base)?;
+                let index = self.pure(*index)?;
+                let key = format!("{}[{}]", base.key, index.key);
+                Some(Pure { key, reads: [base.reads, index.reads].concat(), whole: None })
+            }
+            ExprKind::Path(path) if matches!(self.typed().expr_def.get(&id), Some(Def::Value(_))) => {
+                self.pure_path(id, path)
+            }
+            // What was set once: `CONFIG.get().unwrap().is_on`.
+            ExprKind::MethodCall { receiver, method, .. } if matches!(method.as_str(), "unwrap" | "expect") => {
+                self.pure_setting(*receiver)
+            }
+            ExprKind::MethodCall { receiver, method, .. }
+                if method == "get" && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
+            {
+                self.pure(id)
+            }
+            _ => None,
+        }
+    }
+
     /// A field of what a cell holds: `self.state.borrow().mode`.
     fn pure_borrowed(&mut self, id: ExprId) -> Option<Pure> {
         let ExprKind::Field { base, name } = &self.body().expr(id).kind else { return None };
@@ -269,7 +301,7 @@ impl Builder<'_> {
             Some(Def::Value(value)) => {
                 let item = &self.program.index.value(*value).item;
                 // A static may be changed by someone else, unless it holds nothing but a value.
-                let is_value = self.is_plain_value(self.ty(id)) || self.is_made_once(id, &["LazyLock", "Lazy"]);
+                let is_value = self.program.index.is_plain(self.ty(id)) || self.is_made_once(id, &["LazyLock", "Lazy"]);
                 let is_fixed = !item.is_static || (!item.is_mutable && is_value);
                 // Another one may have the same name elsewhere.
                 is_fixed.then(|| Pure { key: format!("{}@{}", path.text(), value.0), ..Pure::default() })
@@ -293,14 +325,10 @@ impl Builder<'_> {
         match self.ty(id).peel() {
             Ty::External(_, args) => {
                 self.ty(id).peel().external_name().is_some_and(|name| names.contains(&name))
-                    && args.first().is_some_and(|value| self.is_plain_value(value))
+                    && args.first().is_some_and(|value| self.program.index.is_plain(value))
             }
             _ => false,
         }
-    }
-
-    fn is_plain_value(&self, ty: &Ty) -> bool {
-        matches!(ty, Ty::Bool | Ty::Int | Ty::Float | Ty::Char | Ty::Str)
     }
 
     /// Whether a name is a constant parameter of the function at hand, or of its impl.

@@ -18,6 +18,17 @@ struct Held {
     asked: SubjectId,
 }
 
+/// How often a state may be handed on from value to value until one is asked for it.
+const MAX_HOPS: usize = 6;
+
+/// A part of a value that was given a state.
+struct HeldPart {
+    asked: SubjectId,
+    /// What holds the state, the part that is asked for first, and where each was given it.
+    hops: Vec<(NodeId, Place)>,
+    state: Place,
+}
+
 /// Where a graph asks for its subjects, and the ways that lead there.
 pub(super) struct Questions {
     asking: FxHashMap<SubjectId, Vec<NodeId>>,
@@ -28,8 +39,35 @@ impl Builder<'_> {
     /// Conditions on variables that hold a state, or a part of a value, ask for what they hold.
     pub(super) fn settle_held(&mut self) {
         let mut questions = Questions::of(&self.graph);
+        self.settle_held_parts(&mut questions);
         self.settle_held_states(&mut questions);
         self.settle_held_values(&mut questions);
+    }
+
+    /// Conditions on a part of a value ask for the state that the part was given, where neither has changed since:
+    /// `let t = (armed, hot); match t { (true, _) => … }`.
+    fn settle_held_parts(&mut self, questions: &mut Questions) {
+        let parts = held_parts(&self.graph);
+        let is_asked_again = |part: &HeldPart, graph: &ControlFlowGraph| {
+            let is_it = |state: &Place| *state == part.state;
+            graph.subjects.iter().filter_map(|subject| subject.whole.as_ref()).any(is_it)
+                || parts.iter().filter(|other| is_it(&other.state)).count() > 1
+        };
+        for part in &parts {
+            if !is_asked_again(part, &self.graph) {
+                continue;
+            }
+            let Some(asking) = questions.asking.get(&part.asked) else { continue };
+            let mut at = asking.clone();
+            let is_kept = part.hops.iter().all(|(given, place)| {
+                let is_same = questions.is_same(&self.graph, &at, *given, std::slice::from_ref(place));
+                at = vec![*given];
+                is_same
+            });
+            let Some((first, _)) = part.hops.last().filter(|_| is_kept) else { continue };
+            let value = pure_place(part.state.clone());
+            self.ask_where(questions, part.asked, *first, std::slice::from_ref(&part.state), value);
+        }
     }
 
     /// Conditions on a variable that holds a state ask for the state itself, where it is still what it was at each of them.
@@ -161,6 +199,46 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
     }
     held.sort_by_key(|held| held.at);
     held
+}
+
+/// The parts of values that are asked for and hold a state that has a name, if no reference is made through which one of them may be
+/// written.
+fn held_parts(graph: &ControlFlowGraph) -> Vec<HeldPart> {
+    let asked = (0u32..).zip(&graph.subjects).filter_map(|(number, subject)| {
+        let place = subject.whole.as_ref().filter(|place| !place.steps.is_empty() && place.base_var().is_some())?;
+        Some((SubjectId(number), place))
+    });
+    let asked: Vec<(SubjectId, &Place)> = asked.collect();
+    if asked.is_empty() {
+        return Vec::new();
+    }
+    let mut given: FxHashMap<&Place, Vec<(NodeId, Place)>> = FxHashMap::default();
+    for at in graph.node_ids() {
+        if let (Effect::Set(set), Some(from)) = (&graph.node(at).effect, graph.copied(at))
+            && !set.place.steps.is_empty()
+        {
+            given.entry(&set.place).or_default().push((at, from));
+        }
+    }
+    let lent = writable_loans(graph);
+    let is_lent = |place: &Place| lent.iter().any(|from| from.overlaps(place));
+    let mut found = Vec::new();
+    for (asked, place) in asked {
+        let (mut state, mut hops) = (place, Vec::new());
+        let is_named = |place: &Place| place.base_var().is_some_and(|var| !graph.var(var).name.is_empty());
+        while let Some([(at, from)]) = given.get(state).map(Vec::as_slice)
+            && (hops.is_empty() || !is_named(state))
+            && hops.len() < MAX_HOPS
+            && !is_lent(state)
+        {
+            hops.push((*at, state.clone()));
+            state = from;
+        }
+        if !hops.is_empty() && is_named(state) && !is_lent(state) {
+            found.push(HeldPart { asked, hops, state: state.clone() });
+        }
+    }
+    found
 }
 
 /// The places to which references are made that something may be written through.

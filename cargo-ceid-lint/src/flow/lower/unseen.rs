@@ -45,7 +45,8 @@ impl Builder<'_> {
                 && !self.is_taken_shared(id, *expr)
             {
                 if self.may_hold_filter(self.ty(*expr)) {
-                    if self.is_shared_handle(*expr) || self.stores_pointer(id) {
+                    let is_kept = self.is_collection_of_references(self.ty(*expr).peel()) || self.stores_pointer(id);
+                    if is_kept || self.is_shared_handle(*expr) {
                         self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
                     }
                     let is_moved = !matches!(self.ty(*expr), Ty::Ref(..)) && !self.is_receiver(id, *expr);
@@ -86,6 +87,9 @@ impl Builder<'_> {
             return converted;
         }
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
+            return found;
+        }
+        if let Some(found) = self.leaves_collection(id, receiver, method, args, &value) {
             return found;
         }
         // `#[derive(Clone)] struct Handle(Arc<..>)`

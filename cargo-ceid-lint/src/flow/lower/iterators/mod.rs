@@ -526,6 +526,11 @@ impl Builder<'_> {
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
                 let collection = self.expr(receiver);
+                if let ("drain", Some(place)) = (method, &collection.place)
+                    && let Some(source) = self.drained(receiver, args, place, self.span(id))
+                {
+                    return source;
+                }
                 self.note_taken_out(method, &collection);
                 for arg in args {
                     self.expr(*arg);
@@ -632,6 +637,11 @@ impl Builder<'_> {
             // The references to the elements go into another collection.
             self.graph.lent_away.insert(collection.clone());
         }
+        if matches!(method, "collect" | "collect_vec")
+            && let Some(collected) = self.collected_references(id, source.clone())
+        {
+            return Some(collected);
+        }
         if closure.is_none() && !source.has_closures() {
             return Some(picked);
         }
@@ -647,7 +657,11 @@ impl Builder<'_> {
             self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));
         }
         let mapped = args.first().filter(|_| maps_array).and_then(|closure| self.mapped_array(&source, *closure));
+        let kept_some = source.over.clone().filter(|_| asks_each);
         self.consume(id, source, closure, Consumer { state, stops, gathers });
+        if let Some(collection) = kept_some.filter(|_| self.is_collection_of_references(self.ty(receiver).peel())) {
+            self.lose_some(id, method, &collection);
+        }
         let carried = state.var().map(Place::var);
         Some(match stops {
             Stops::AndTells(told) => {

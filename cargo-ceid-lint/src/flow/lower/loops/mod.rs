@@ -1,6 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 mod counting;
+mod once_or_never;
 
 use rustc_hash::FxHashMap;
 
@@ -197,6 +198,11 @@ impl Builder<'_> {
         {
             return value;
         }
+        if let ExprKind::Let { pat, value } = &self.body().expr(condition).kind
+            && self.loop_over_popped(label, keyword, (*pat, *value), body)
+        {
+            return Value::default();
+        }
         let mut counted = self.rounds_of_while(label, condition, body);
         let is_counted = counted.counter.is_some();
         let text = self.text(condition);
@@ -324,7 +330,12 @@ impl Builder<'_> {
         if self.at.is_some() && self.unrolled(label, keyword, pat, iterable, body) {
             return Value::default();
         }
-        let source = self.source(iterable);
+        let asked = self.asks_for_round(iterable).filter(|_| self.at.is_some());
+        let never = asked.map(|var| self.ask_for_round(var, iterable));
+        let mut source = self.source(iterable);
+        if asked.is_some() {
+            (source.rounds, source.limits) = (Rounds::Constant(1), Vec::new());
+        }
         let item = source.item.clone();
         let choosing = self.choosing(&source);
         let is_mapped = choosing.is_none();
@@ -342,6 +353,12 @@ impl Builder<'_> {
             }
             this.expr(body);
         });
+        if let Some(never) = never {
+            let after = self.add_node(Effect::Nothing, keyword);
+            self.jump(after);
+            self.link(never, after);
+            self.resume(after);
+        }
         Value::default()
     }
 

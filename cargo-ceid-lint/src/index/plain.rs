@@ -1,0 +1,45 @@
+//! Types whose values are nothing but data.
+
+use std::collections::BTreeSet;
+
+use super::{Index, Owner, Shape, Ty, TypeId};
+
+impl Index {
+    /// Whether values of a type are the same as long as nobody has them to himself: numbers, texts, and what consists of such.
+    #[must_use]
+    pub fn is_plain(&self, ty: &Ty) -> bool {
+        self.consists_of_plain(ty, &mut BTreeSet::new())
+    }
+
+    fn consists_of_plain(&self, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> bool {
+        match ty {
+            Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char => true,
+            Ty::Ref(false, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => self.consists_of_plain(inner, seen),
+            Ty::Tuple(parts) => parts.iter().all(|part| self.consists_of_plain(part, seen)),
+            Ty::External(path, args) => {
+                let name = path.strip_prefix("std::").and_then(|path| path.rsplit("::").next());
+                matches!(name, Some("Box" | "Vec" | "String" | "Option" | "Duration" | "Rc" | "Arc" | "BTreeMap"))
+                    && args.iter().all(|arg| self.consists_of_plain(arg, seen))
+            }
+            Ty::Adt(id, args) => {
+                args.iter().all(|arg| self.consists_of_plain(arg, seen))
+                    && (!seen.insert(*id)
+                        || self.field_types(ty).iter().all(|field| self.consists_of_plain(field, seen)))
+            }
+            _ => false,
+        }
+    }
+
+    /// The types of the fields of a type of the analysed code, of all its variants.
+    #[must_use]
+    pub fn field_types(&self, ty: &Ty) -> Vec<Ty> {
+        let Ty::Adt(id, _) = ty else { return Vec::new() };
+        let def = self.type_def(*id);
+        let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+        let fields = match &def.shape {
+            Shape::Struct(fields) => fields.fields.iter().collect::<Vec<_>>(),
+            Shape::Enum(variants) => variants.iter().flat_map(|variant| &variant.fields.fields).collect(),
+        };
+        fields.iter().map(|field| self.lower(&field.ty, &scope)).collect()
+    }
+}
