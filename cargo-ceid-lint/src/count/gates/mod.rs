@@ -35,6 +35,7 @@ mod step;
 mod time;
 mod told;
 mod warm_up;
+mod writes;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -460,28 +461,6 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     fn concerns(&self, site: &CallSite) -> bool {
         site.args.iter().filter_map(|arg| arg.place.as_ref()).any(|place| self.is_instance(place))
-    }
-
-    /// Whether a call in the region writes a place.
-    fn calls_write(&self, place: &Place) -> bool {
-        let written = self.written.get_or_init(|| {
-            let of = |id: NodeId| match &self.search.graph.node(id).effect {
-                Effect::Call(site) => self.written_by(site).collect(),
-                Effect::Unknown { places, .. } => places.clone(),
-                _ => Vec::new(),
-            };
-            self.nodes().flat_map(of).collect()
-        });
-        written.iter().any(|other| other.overlaps(place))
-    }
-
-    fn call_writes(&self, site: &CallSite, place: &Place) -> bool {
-        self.written_by(site).any(|written| written.overlaps(place))
-    }
-
-    /// The places that a call writes.
-    fn written_by<'b>(&'b self, site: &'b CallSite) -> impl Iterator<Item = Place> + 'b {
-        self.search.summaries.places(site, |summary| &summary.writes)
     }
 
     /// Whether a place is there before and after the iteration.
