@@ -3,6 +3,7 @@
 use super::builtin;
 use super::closure_params::{closure_params, held_callback};
 use super::infer::Infer;
+use super::primitive;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
 use crate::syntax::tree::{Block, ExprId, ExprKind, Path, TypeRef};
@@ -204,16 +205,13 @@ impl Infer<'_> {
             (_, "clone" | "to_owned") => ty.clone(),
             // Whatever a primitive is asked, the answer is a truth value.
             (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
-            (Ty::Int | Ty::Float, "partial_cmp") => Ty::std("std::option::Option", vec![Ty::Unknown]),
-            (Ty::Int | Ty::Float, _) if method.starts_with("checked_") => {
-                Ty::std("std::option::Option", vec![ty.clone()])
-            }
-            (Ty::Int | Ty::Float, _) if !matches!(method, "into" | "try_into") => ty.clone(),
+            (Ty::Int | Ty::Float, _) if !matches!(method, "into" | "try_into") => primitive::given_by(ty, method),
             (_, "into") => turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope)),
             (_, "parse" | "try_into") => {
                 let made = turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope));
                 Ty::std("std::result::Result", vec![made, Ty::Unknown])
             }
+            (Ty::Char | Ty::Str | Ty::External(..), _) => primitive::given_by(ty, method),
             _ => Ty::Unknown,
         }
     }

@@ -14,6 +14,7 @@ mod methods;
 mod named;
 mod paths;
 mod pattern;
+mod primitive;
 mod tested;
 mod unify;
 mod unread;

@@ -4,6 +4,7 @@ use super::Callee;
 use super::builtin;
 use super::infer::Infer;
 use super::paths::Value;
+use super::primitive;
 use crate::index::{Def, FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, GenericArg, Path, TypeRef};
 
@@ -48,6 +49,13 @@ impl Infer<'_> {
 
     /// What a function gives whose crate is not read and whose path says what it reads: `serde_json::from_str::<Lag>(text)?`.
     pub(super) fn read_as_written(&mut self, made: Ty, path: &Path) -> Ty {
+        if let (Ty::Unknown, [owner, name]) = (&made, path.segments.as_slice())
+            && primitive::may_fail(&name.name)
+        {
+            let owner = self.index.lower(&TypeRef::Path(Path::plain(&[&owner.name])), &self.scope);
+            let is_primitive = matches!(owner, Ty::Int | Ty::Float | Ty::Char | Ty::Bool);
+            return if is_primitive { Ty::std("std::result::Result", vec![owner, Ty::Unknown]) } else { made };
+        }
         let Some(segment) = path.segments.last().filter(|segment| segment.name.starts_with("from_")) else {
             return made;
         };

@@ -2,6 +2,7 @@
 
 use super::passed::TakenBack;
 use super::{Gates, Way};
+use crate::count::given::place_of;
 use crate::count::verdict::Gate;
 use crate::flow::{Assignment, Effect, Head, NodeId, Place, SubjectId, Test};
 
@@ -14,7 +15,8 @@ impl Gates<'_, '_> {
         if !self.outlives(place) {
             return false;
         }
-        let mut heads: Vec<&str> = Vec::new();
+        let Some(given) = self.heads_by_calls(place) else { return false };
+        let mut heads: Vec<&str> = given.into_iter().map(String::as_str).collect();
         let mut computed: Vec<NodeId> = Vec::new();
         let replaces_owner = |write: &Assignment| {
             !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
@@ -41,7 +43,34 @@ impl Gates<'_, '_> {
         };
         is_opened
             && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
-            && !self.calls_write(place)
+    }
+
+    /// The heads that calls give a place, as in `None => self.search(x)`; `None` if one of them may write something else there.
+    fn heads_by_calls(&self, place: &Place) -> Option<Vec<&Head>> {
+        let mut heads = Vec::new();
+        for id in self.nodes() {
+            let site = match &self.search.graph.node(id).effect {
+                Effect::Call(site) if self.call_writes(site, place) => site,
+                Effect::Unknown { places, .. } if places.iter().any(|other| other.overlaps(place)) => return None,
+                _ => continue,
+            };
+            for target in &site.targets {
+                let summary = self.search.summaries.get(*target)?;
+                for given in &summary.writes {
+                    match place_of(given, site) {
+                        Some(written) if written == *place => {}
+                        Some(written) if written.overlaps(place) => return None,
+                        _ => continue,
+                    }
+                    let mut sets = summary.sets.iter().filter(|(set, ..)| set == given).peekable();
+                    sets.peek()?;
+                    for (_, head, _) in sets {
+                        heads.push(head.as_ref()?);
+                    }
+                }
+            }
+        }
+        Some(heads)
     }
 
     /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.

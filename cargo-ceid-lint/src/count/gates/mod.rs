@@ -10,7 +10,9 @@ mod event;
 mod gathered;
 mod helper;
 mod kept;
+mod keys;
 mod latch;
+mod lent;
 mod locked;
 mod mode;
 mod own;
@@ -33,6 +35,7 @@ mod step;
 mod time;
 mod told;
 mod warm_up;
+mod writes;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -293,11 +296,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_told_remainder(test, at, way) {
             return Some(Gate::Rate);
         }
-        // A lock that is not waited for fails while another holds it: that is no setting.
-        let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
-        let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
-        if is_there {
-            return Some(if self.changes_owner() { Gate::Mode } else { Gate::Config });
+        if let Some(gate) = self.of_presence(test) {
+            return gate;
         }
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
@@ -315,7 +315,11 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Config);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
-            return if self.binds_filters(test) { (!is_tried).then_some(Gate::Config) } else { Some(Gate::Sample) };
+            return if self.binds_filters(test) {
+                (!self.is_tried(test)).then_some(Gate::Config)
+            } else {
+                Some(Gate::Sample)
+            };
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
@@ -457,28 +461,6 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     fn concerns(&self, site: &CallSite) -> bool {
         site.args.iter().filter_map(|arg| arg.place.as_ref()).any(|place| self.is_instance(place))
-    }
-
-    /// Whether a call in the region writes a place.
-    fn calls_write(&self, place: &Place) -> bool {
-        let written = self.written.get_or_init(|| {
-            let of = |id: NodeId| match &self.search.graph.node(id).effect {
-                Effect::Call(site) => self.written_by(site).collect(),
-                Effect::Unknown { places, .. } => places.clone(),
-                _ => Vec::new(),
-            };
-            self.nodes().flat_map(of).collect()
-        });
-        written.iter().any(|other| other.overlaps(place))
-    }
-
-    fn call_writes(&self, site: &CallSite, place: &Place) -> bool {
-        self.written_by(site).any(|written| written.overlaps(place))
-    }
-
-    /// The places that a call writes.
-    fn written_by<'b>(&'b self, site: &'b CallSite) -> impl Iterator<Item = Place> + 'b {
-        self.search.summaries.places(site, |summary| &summary.writes)
     }
 
     /// Whether a place is there before and after the iteration.

@@ -10,6 +10,9 @@ use crate::count::verdict::Gate;
 use crate::flow::{CallSite, Effect, IndexKey, LoopId, NodeId, Place, Projection, Var};
 use crate::index::Ty;
 
+/// How many copies are followed to the value that they are of.
+const MAX_COPIES: u32 = 4;
+
 impl Gates<'_, '_> {
     /// Why a way skips that is decided in a loop over the elements, by a state of the element or by the clock of its step.
     pub(super) fn of_element(&self, end: &End, way: &Way) -> Option<Gate> {
@@ -70,6 +73,7 @@ impl Gates<'_, '_> {
                 && is_kept(place)
                 && !self.is_written_beside(own, place)
                 && !(is_pause && self.is_written_elsewhere(place, &|_| true))
+                && !(gate == Gate::Config && self.is_changed_in_rounds(own, place))
         };
         let is_setting =
             |place: &Place| if gate == Gate::Time { own.is_setting(place) } else { self.is_setting(place) };
@@ -103,6 +107,49 @@ impl Gates<'_, '_> {
             Effect::Call(site) => self.written_by(site).any(|written| is_it(&written)),
             Effect::Unknown { places, .. } => places.iter().any(is_it),
             _ => false,
+        })
+    }
+
+    /// Whether the rounds give a state of their elements what is the same for all of them, but not in each iteration:
+    /// `for channel in &mut bank { channel.is_on = level > 1.0; … }`.
+    fn is_changed_in_rounds(&self, own: &Self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let aliases = self.search.aliases;
+        let roots = aliases.shared_roots(place);
+        let is_it = |written: &Place| {
+            aliases.shared_roots(written).iter().any(|written| roots.iter().any(|root| root.overlaps(written)))
+        };
+        own.nodes().any(|node| match &graph.node(node).effect {
+            // An element that gets a name is not written.
+            Effect::Write(write) | Effect::Set(write) => {
+                !write.rebinds && is_it(&write.place) && !self.gives_setting(own, node, 0)
+            }
+            Effect::Call(site) => self.written_by(site).any(|written| is_it(&written)),
+            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            _ => false,
+        })
+    }
+
+    /// Whether a node in a round gives what is the same in every iteration.
+    fn gives_setting(&self, own: &Self, node: NodeId, copies: u32) -> bool {
+        let graph = self.search.graph;
+        let (Effect::Set(set) | Effect::Write(set)) = &graph.node(node).effect else { return false };
+        if set.head.is_some() {
+            return own.nodes().filter(|branch| self.search.decides(*branch, node)).all(|branch| {
+                match &graph.node(branch).effect {
+                    Effect::Branch(test) => test.about.is_constant || self.is_unchanging(test),
+                    _ => true,
+                }
+            });
+        }
+        if let Some(from) = graph.copied(node) {
+            let mut given = self.assignments().of(&from).iter().copied().peekable();
+            let is_made = copies < MAX_COPIES && !self.outlives(&from) && given.peek().is_some();
+            return self.is_invariant(&from, 0) || (is_made && given.all(|id| self.gives_setting(own, id, copies + 1)));
+        }
+        graph.changes.get(&node).is_some_and(|change| {
+            let places = named(&change.computed.places);
+            !places.is_empty() && places.into_iter().all(|place| self.is_invariant(place, 0))
         })
     }
 

@@ -17,7 +17,7 @@ const SETTING_WORDS: &[&str] =
 const MAX_COPIES: u32 = 6;
 
 /// Whether a function or method gives the same whenever it is called with the same plain values.
-fn is_pure(name: &str) -> bool {
+pub(super) fn is_pure(name: &str) -> bool {
     matches!(
         name,
         "Some"
@@ -262,7 +262,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a name is there before the iteration, as one for what the iteration locks is not.
-    fn is_old_name(&self, place: &Place) -> bool {
+    pub(super) fn is_old_name(&self, place: &Place) -> bool {
         self.search.outlives(self.region, place)
     }
 
@@ -287,32 +287,13 @@ impl Gates<'_, '_> {
         !is_set && !about.reads.is_empty() && about.reads.iter().all(|place| self.is_own_number(place))
     }
 
-    fn is_own_number(&self, place: &Place) -> bool {
+    pub(super) fn is_own_number(&self, place: &Place) -> bool {
         let is_counter = |var: Var| {
             (0u32..).zip(&self.search.graph.loops).any(|(number, info)| {
                 self.search.covers(LoopId(number)) && info.counter.is_some_and(|(counter, _)| counter == var)
             })
         };
         place.steps.is_empty() && place.base_var().is_some_and(is_counter)
-    }
-
-    /// Whether a place lies in an element of which a variable tells the number that the iteration counts on.
-    fn is_at_another_number(&self, place: &Place) -> bool {
-        let counts = |number: Place| {
-            self.outlives(&number) && !self.is_own_number(&number) && self.assigning(&number).next().is_some()
-        };
-        let is_assigned = |name: &str| {
-            self.nodes().any(|id| match &self.search.graph.node(id).effect {
-                Effect::Write(write) | Effect::Set(write) => self.last_name(&write.place) == name,
-                _ => false,
-            })
-        };
-        let is_changed = |key: &IndexKey| match key {
-            IndexKey::Var(number) => counts(Place::var(*number)),
-            IndexKey::Data(text) => text.rsplit('.').next().is_some_and(is_assigned),
-            _ => false,
-        };
-        place.steps.iter().filter_map(Projection::key).any(is_changed)
     }
 
     /// Whether a place has one value for all iterations.

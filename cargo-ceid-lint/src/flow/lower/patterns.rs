@@ -348,8 +348,11 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        // A truth value is there, whichever it is.
+        let is_truth = heads.iter().all(|head| head == "true" || head == "false");
+        let is_presence = matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-");
         let about = About {
-            is_presence: matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-"),
+            is_presence: is_presence && !is_truth,
             is_constant: self.is_named_constant(matched),
             heads: heads.to_vec(),
             ..matched.about.clone()

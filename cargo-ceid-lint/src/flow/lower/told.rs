@@ -1,6 +1,6 @@
 //! What the answer of a function is made of, as far as its last expression says: `fn age(&self) -> u32 { millis() - self.begun }`.
 
-use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
 
 /// What a function's last expression names.
 #[derive(Clone, Debug, Default)]
@@ -78,4 +78,82 @@ fn declared<'b>(body: &'b Body, name: &'b str) -> impl Iterator<Item = ExprId> +
         }
         _ => None,
     })
+}
+
+/// What decides over the answer of a function, as far as it asks its parameters: the number of each of them, and the fields in it.
+/// `if self.armed { Some(&mut self.filter) } else { None }`
+#[must_use]
+pub fn deciding(body: &Body) -> Vec<(usize, Vec<&str>)> {
+    let mut conditions = Vec::new();
+    let leaves = |id: ExprId| {
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            match &body.expr(id).kind {
+                ExprKind::Return(_) | ExprKind::Try(_) => return true,
+                ExprKind::Closure(_) => {}
+                _ => open.extend(body.children(id)),
+            }
+        }
+        false
+    };
+    let mut open = vec![(body.root, true)];
+    while let Some((id, is_answer)) = open.pop() {
+        match &body.expr(id).kind {
+            ExprKind::If { condition, then, otherwise } => {
+                let branches = [*then].into_iter().chain(*otherwise);
+                if is_answer || branches.clone().any(leaves) {
+                    conditions.push(*condition);
+                }
+                open.extend(branches.map(|branch| (branch, is_answer)));
+            }
+            ExprKind::Match { scrutinee, arms } => {
+                if is_answer || arms.iter().any(|arm| leaves(arm.body)) {
+                    conditions.push(*scrutinee);
+                    conditions.extend(arms.iter().filter_map(|arm| arm.guard));
+                }
+                open.extend(arms.iter().map(|arm| (arm.body, is_answer)));
+            }
+            ExprKind::Block(block) => {
+                open.extend(body.children(id).into_iter().map(|child| (child, is_answer && block.tail == Some(child))));
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } if is_answer => {
+                let asked: &[ExprId] = match method.as_str() {
+                    "then" | "then_some" => std::slice::from_ref(receiver),
+                    "filter" => args,
+                    _ => &[],
+                };
+                conditions.extend(asked);
+                open.push((*receiver, true));
+            }
+            ExprKind::Return(value) => open.extend(value.map(|value| (value, true))),
+            ExprKind::Try(value) => open.push((*value, true)),
+            ExprKind::Closure(_) => {}
+            _ => open.extend(body.children(id).into_iter().map(|child| (child, false))),
+        }
+    }
+    let mut found = Vec::new();
+    while let Some(id) = conditions.pop() {
+        match of_param(body, id) {
+            Some(place) => found.push(place),
+            None => conditions.extend(body.children(id)),
+        }
+    }
+    found
+}
+
+/// The parameter that an expression names, and the fields in it.
+fn of_param(body: &Body, id: ExprId) -> Option<(usize, Vec<&str>)> {
+    match &body.expr(id).kind {
+        ExprKind::Path(path) => {
+            let name = path.ident()?;
+            let is_it = |pat: &PatId| matches!(&body.pat(*pat).kind, PatKind::Bind { name: own, .. } if own == name);
+            Some((body.params.iter().position(is_it)?, Vec::new()))
+        }
+        ExprKind::Field { base, name } => {
+            let (number, mut fields) = of_param(body, *base)?;
+            fields.push(name);
+            Some((number, fields))
+        }
+        _ => None,
+    }
 }

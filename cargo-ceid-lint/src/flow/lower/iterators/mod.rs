@@ -1,5 +1,6 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+mod arrays;
 mod chains;
 
 use super::carried::State;
@@ -655,6 +656,7 @@ impl Builder<'_> {
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
             self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));
         }
+        let mapped = args.first().filter(|_| maps_array).and_then(|closure| self.mapped_array(&source, *closure));
         let kept_some = source.over.clone().filter(|_| asks_each);
         self.consume(id, source, closure, Consumer { state, stops, gathers });
         if let Some(collection) = kept_some.filter(|_| self.is_collection_of_references(self.ty(receiver).peel())) {
@@ -667,7 +669,7 @@ impl Builder<'_> {
                 Value { place: Some(place), is_owned: true, same_as: Some(told), ..Value::default() }
             }
             _ if carried.is_some() => Value { place: carried, is_owned: true, ..Value::default() },
-            _ => picked,
+            _ => mapped.unwrap_or(picked),
         })
     }
 
