@@ -9,9 +9,10 @@ use super::loops::Loops;
 use super::mentions::Guarded;
 use super::observed::outlives_panic;
 use super::panics::{Panics, may_panic, panics};
-use super::purity::{acts_when_dropped, shared_part, side_effect};
+use super::purity::{acts_when_dropped, side_effect};
+use super::shared::{shared_by_owner, shared_part};
 use super::sites::Part;
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
 
@@ -36,7 +37,10 @@ impl Effects<'_> {
             let law = &program.index.function(law).name;
             format!("`{law}` of `{}` {effect}, which then happens {when}", own.spelled)
         } else {
-            let part = shared_part(program.index, &own.filter)?;
+            // Which filter a parameter or an object is, only its caller knows.
+            let is_any = own.filter.has_part(&mut |part| matches!(part, Ty::Param(_) | Ty::Opaque(_)));
+            let of_impls = || is_any.then(|| shared_by_owner(program.index, &own.laws())).flatten();
+            let part = shared_part(program.index, &own.filter).or_else(of_impls)?;
             let other = dropped.map_or("the rest of the iteration".to_owned(), |name| format!("dropping `{name}`"));
             format!("`{}` holds {part}, so that its law may meet what {other} does there", own.spelled)
         };

@@ -2,8 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::shared::shared_part;
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId, primitive};
+use crate::index::{
+    Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, TraitRef, Ty, TypeId, primitive,
+};
 use crate::syntax::tree::{Body, ExprId, ExprKind, GenericArg};
 use crate::types::{Callee, TypedBody};
 
@@ -95,6 +98,57 @@ pub(super) fn implicit(program: &Program<'_>, all: &Impls, function: FunctionId)
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// What a type shares with others that may stand for a parameter whose operators or conversions a function runs.
+pub(super) fn shared_by_parameters(program: &Program<'_>, all: &Impls, function: FunctionId) -> Option<String> {
+    let index = program.index;
+    let body = index.function(function).function.body.as_ref()?;
+    let typed = program.typed(function)?;
+    let module = index.function(function).module;
+    let linked = |id: &&ImplId| are_linked(index, module, index.impl_def(**id).module);
+    (0u32..).map(ExprId).take(body.exprs.len()).find_map(|id| {
+        let (traits, operands) = run_by(body, typed, id)?;
+        operands.iter().map(|operand| typed.ty(*operand).peel()).find_map(|ty| {
+            // What is copied shares nothing.
+            let (Ty::Param(_) | Ty::Opaque(_)) = ty else { return None };
+            let bounds = if index.is_copy(ty) { return None } else { bounds_of(ty) };
+            let names = match &traits {
+                Traits::Named(names) => names.clone(),
+                Traits::Any => bounds.iter().filter_map(named_by_bound).flatten().collect(),
+            };
+            let impls = names.iter().filter_map(|name| all.get(name)).flatten().filter(linked);
+            let is_local = |bound: &&TraitRef| matches!(bound.name, TraitName::Local(_));
+            impls.copied().find_map(|id| {
+                let def = index.impl_def(id);
+                let scope = index.scope(def.module, Owner::Module, Some(&def.generics));
+                let args = def.trait_path.iter().flat_map(|path| &path.segments).flat_map(|segment| &segment.args);
+                let args =
+                    args.filter_map(
+                        |arg| if let GenericArg::Type(ty) = arg { Some(index.lower(ty, &scope)) } else { None },
+                    );
+                let own =
+                    bounds.iter().filter(is_local).all(|bound| index.may_have(id, bound)).then(|| def.self_ty.clone());
+                own.into_iter().chain(args).find_map(|ty| shared_part(index, &ty))
+            })
+        })
+    })
+}
+
+fn bounds_of(ty: &Ty) -> &[TraitRef] {
+    match ty {
+        Ty::Param(param) => &param.bounds,
+        Ty::Opaque(bounds) => bounds,
+        _ => &[],
+    }
+}
+
+/// The names of the impls by which a type has a bound.
+fn named_by_bound(bound: &TraitRef) -> Option<Vec<String>> {
+    let TraitName::External(path) = &bound.name else { return None };
+    let name = path.rsplit("::").next().unwrap_or(path);
+    let turned = name.strip_suffix("Into").map(|of| format!("{of}From"));
+    Some([name.to_owned()].into_iter().chain(turned).collect())
 }
 
 /// The traits that an expression runs by itself, and the operands that say of which types.

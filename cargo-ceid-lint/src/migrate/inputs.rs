@@ -6,7 +6,8 @@ use super::lasting::{is_lasting, is_lasting_item, is_slice};
 use super::locks::lock_behind;
 use super::mentions::Guarded;
 use super::owned::{is_fixed_algebra, is_owned};
-use super::purity::{acts_when_dropped, shared_part};
+use super::purity::acts_when_dropped;
+use super::shared::shared_part;
 use super::sites::Site;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
@@ -130,7 +131,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
                 of.written(id)
             ));
         }
-        if !is_owned(index, &index.scope_of(of.function), ty) {
+        let scope = index.scope_of(of.function);
+        // What a law takes by a type without a lifetime borrows nothing, however it is made.
+        let is_owned_by_law = || declared.is_some_and(|ty| is_value(ty) && is_owned(index, &scope, ty));
+        if !is_owned(index, &scope, ty) && !is_owned_by_law() {
             return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
         }
         let before = Span { end: span.start, ..span };

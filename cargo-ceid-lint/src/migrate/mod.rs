@@ -53,6 +53,7 @@ mod present;
 mod purity;
 mod said;
 mod seen;
+mod shared;
 mod signs;
 mod sites;
 mod survivors;
@@ -61,6 +62,7 @@ mod takers;
 mod text;
 mod twice;
 mod unfit;
+mod unread;
 mod whole;
 
 use std::collections::BTreeSet;

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use super::loops::Loops;
 use super::owned::is_dropped_in_silence;
+use super::shared::{inner, shared_by_owner, shared_outside};
+use super::unread::{calls_unread, is_address, reaches_memory};
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Index, Owner, TraitName, TraitRef, Ty, TypeId, ValueDef};
 use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
@@ -27,13 +29,12 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                     return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
                 }
                 Callee::Resolved(resolved) => {
-                    let owners = || resolved.targets.iter().filter_map(|target| owner(program.index, *target));
-                    if let Some(part) = owners().find_map(|owner| shared_outside(program.index, owner)) {
+                    if let Some(part) = shared_outside(program.index, &resolved.targets) {
                         return Some(format!("calls {}, which may be that of {part}", called(program, body, *call)));
                     }
                     // Of a parameter, which type it is only its caller knows.
-                    if is_of_a_value(body, typed, *call)
-                        && let Some(part) = owners().find_map(|owner| shared_part(program.index, owner))
+                    if (is_of_a_value(body, typed, *call) || is_open(&resolved.self_ty))
+                        && let Some(part) = shared_by_owner(program.index, &resolved.targets)
                     {
                         let text = "which may be that of a type that shares";
                         return Some(format!("calls {}, {text} {part} with others", called(program, body, *call)));
@@ -41,6 +42,13 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                     open.extend(&resolved.targets);
                 }
                 Callee::External(path) if is_outside_world(path) => return Some(format!("calls `{path}`")),
+                _ if reaches_memory(body, typed, *call) => {
+                    let called = called(program, body, *call);
+                    return Some(format!("calls {called}, which reaches memory that others may have"));
+                }
+                _ if calls_unread(body, typed, *call, callee) => {
+                    return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
+                }
                 Callee::Parameter(_) if id != law => {}
                 Callee::Parameter(_) | Callee::Unknown | Callee::Builtin if is_of_a_value(body, typed, *call) => {
                     return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
@@ -48,6 +56,9 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                 _ if reads_clock(body, typed, *call) => return Some("reads a clock".to_owned()),
                 _ => {}
             }
+        }
+        if let Some(part) = loops.shared_by_parameters(id) {
+            return Some(format!("calculates with what may be of a type that shares {part} with others"));
         }
         open.extend(loops.implicit(id).iter());
         // What a law has by value, it may drop.
@@ -59,6 +70,9 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                 }
                 ExprKind::Macro(call) if writes_out(typed, &call.path, &call.kind) => {
                     return Some(format!("writes with `{}!`", call.path));
+                }
+                ExprKind::Deref(pointer) if is_address(body, typed, *pointer) => {
+                    return Some("reaches memory that others may have".to_owned());
                 }
                 ExprKind::Opaque(call) => return Some(format!("calls the macro `{}!`, which is not read", call.path)),
                 ExprKind::Unknown { what, .. } => return Some(format!("has {what}")),
@@ -91,26 +105,13 @@ fn called(program: &Program<'_>, body: &Body, call: ExprId) -> String {
     format!("`{spelled}`")
 }
 
-/// The type for which a function is written.
-fn owner(index: &Index, function: FunctionId) -> Option<&Ty> {
-    match index.function(function).owner {
-        Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
-        _ => None,
-    }
-}
-
-/// What a type of other crates shares with others.
-fn shared_outside(index: &Index, ty: &Ty) -> Option<String> {
-    matches!(ty.peel(), Ty::External(..)).then(|| shared_part(index, ty)).flatten()
-}
-
 /// Whether a function runs that the analysed code only declares: a foreign one, or a method of a parameter or an object.
 fn is_unseen(program: &Program<'_>, body: &Body, typed: &TypedBody, call: ExprId, resolved: &Resolved) -> bool {
     let has_code = |target: &FunctionId| program.index.function(*target).function.body.is_some();
     let is_foreign = |target: &FunctionId| program.index.function(*target).owner == Owner::Module;
     resolved.law.is_none()
         && !resolved.targets.iter().any(has_code)
-        && (resolved.targets.iter().any(is_foreign) || is_of_a_value(body, typed, call))
+        && (resolved.targets.iter().any(is_foreign) || is_of_a_value(body, typed, call) || is_open(&resolved.self_ty))
 }
 
 /// What runs where values of a type are dropped.
@@ -154,20 +155,21 @@ fn is_of_a_value(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
             ExprKind::Path(_) => typed.expr_local.contains_key(callee),
             _ => true,
         },
-        ExprKind::MethodCall { receiver, .. } => match inner(typed.ty(*receiver)) {
-            Ty::Param(param) => !param.bounds.iter().all(is_pure),
-            Ty::Opaque(bounds) => !bounds.iter().all(is_pure),
-            _ => false,
-        },
+        ExprKind::MethodCall { receiver, .. } => is_open(typed.ty(*receiver)),
         _ => false,
     }
 }
 
-/// The type behind references and boxes.
-fn inner(ty: &Ty) -> &Ty {
-    match ty.peel() {
-        Ty::External(path, args) if path == "std::boxed::Box" => args.first().map_or(ty, inner),
-        peeled => peeled,
+/// Whether methods of a value may be any code: those of a parameter or an object, and of readers and iterators over such.
+fn is_open(ty: &Ty) -> bool {
+    match inner(ty) {
+        Ty::Param(param) => !param.bounds.iter().all(is_pure),
+        Ty::Opaque(bounds) => !bounds.iter().all(is_pure),
+        Ty::External(path, args) => {
+            let asks_its_parts = path.starts_with("std::io::") || path.starts_with("std::iter::");
+            asks_its_parts && args.iter().any(is_open)
+        }
+        _ => false,
     }
 }
 
@@ -211,60 +213,4 @@ fn is_outside_world(path: &str) -> bool {
     is_clock
         || path.contains("rand::")
         || worlds.iter().any(|world| path.starts_with(world) && !path.contains("Duration"))
-}
-
-/// Whether values of a type reach what is outside of the program: files, sockets, standard output.
-fn is_way_out(path: &str) -> bool {
-    let Some((module, name)) = path.rsplit_once("::") else { return false };
-    match module {
-        "std::fs" => name == "File",
-        "std::io" => name.starts_with("Std"),
-        "std::process" => name.starts_with("Child"),
-        _ => module.starts_with("std::") && ["Stream", "Listener", "Socket"].iter().any(|end| name.ends_with(end)),
-    }
-}
-
-/// The first part of a type by which its values share state with others.
-pub(super) fn shared_part(index: &Index, ty: &Ty) -> Option<String> {
-    shared(index, ty, &mut BTreeSet::new())
-}
-
-fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String> {
-    match ty {
-        Ty::Ref(true, _) => Some("a `&mut` reference".to_owned()),
-        Ty::Ref(false, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => shared(index, inner, seen),
-        Ty::Pointer(_) => Some("a raw pointer".to_owned()),
-        Ty::Tuple(parts) => parts.iter().find_map(|part| shared(index, part, seen)),
-        Ty::External(path, args) => {
-            let name = path.rsplit("::").next().unwrap_or(path);
-            // What nobody can change is the same whoever else has it.
-            if matches!(name, "Rc" | "Arc") && args.iter().all(|arg| index.is_plain(arg)) {
-                return None;
-            }
-            let is_shared = matches!(
-                name,
-                "Rc" | "Arc"
-                    | "Cell"
-                    | "RefCell"
-                    | "Mutex"
-                    | "RwLock"
-                    | "OnceCell"
-                    | "Sender"
-                    | "SyncSender"
-                    | "Receiver"
-            ) || name.starts_with("Atomic")
-                || is_way_out(path);
-            if is_shared { Some(format!("`{name}`")) } else { args.iter().find_map(|arg| shared(index, arg, seen)) }
-        }
-        Ty::Adt(id, args) => {
-            if let Some(part) = args.iter().find_map(|arg| shared(index, arg, seen)) {
-                return Some(part);
-            }
-            if !seen.insert(*id) {
-                return None;
-            }
-            index.field_types(ty).iter().find_map(|field| shared(index, field, seen))
-        }
-        _ => None,
-    }
 }

@@ -46,7 +46,12 @@ pub fn dependencies(
             is_no_std: does_without_std(report, package),
             needs_alloc: rewrite.needs_alloc,
         };
-        let added = migrate::dependency(own, workspace.map(|text| &**text), &wanted)?;
+        // What one loop writes is to do for the others of its package as well, which come after it.
+        let mut others = report.plans.iter().flat_map(Plan::rewrites).map(|(_, other)| other);
+        let is_asked = others.any(|other| other.needs_alloc && other.packages().contains(&number));
+        let of_all = Wanted { needs_alloc: is_asked, ..wanted.clone() };
+        let added = |wanted: &Wanted| migrate::dependency(own, workspace.map(|text| &**text), wanted);
+        let added = added(&of_all).or_else(|_| added(&wanted))?;
         if added.is_some() {
             let is_rewritten = |target: usize| rewrite.targets.contains(&(number, target));
             insertions.extend(names_in_roots(report, project, package, is_rewritten));

@@ -6,6 +6,7 @@ mod compiled;
 mod editions;
 mod guide;
 mod halves;
+mod unread;
 
 use std::fs;
 use std::path::{Path, PathBuf};
