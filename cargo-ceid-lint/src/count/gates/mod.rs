@@ -4,6 +4,7 @@ mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
+mod counted;
 mod elapsed;
 mod elements;
 mod event;
@@ -295,8 +296,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
-        let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
-        if is_there {
+        if about.is_presence && !is_tried && self.is_presence_of_filter(test) {
             return Some(if self.changes_owner() { Gate::Mode } else { Gate::Config });
         }
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
