@@ -26,6 +26,8 @@ pub struct Tally {
     pub step: u64,
     /// The number at which it is back at zero: `n = (n + 1) % 4`.
     pub around: Option<u64>,
+    /// The number at which it stays where it would go above: `n = (n + 1).min(10)`.
+    pub held_at: Option<u64>,
     /// Whether it stays at zero where it would go below.
     pub saturates: bool,
     /// Whether it may be less than zero, or come back to zero from its greatest value.
@@ -61,7 +63,9 @@ impl Tally {
     fn next(&self, number: u64) -> Option<u64> {
         match (self.up, self.around) {
             (true, Some(around)) => number.checked_add(self.step).map(|next| next % around),
-            (true, None) => number.checked_add(self.step),
+            (true, None) => {
+                number.checked_add(self.step).map(|next| self.held_at.map_or(next, |bound| next.min(bound)))
+            }
             (false, _) if self.saturates => Some(number.saturating_sub(self.step)),
             (false, _) => number.checked_sub(self.step),
         }
@@ -71,6 +75,7 @@ impl Tally {
     fn comes_to(&self, number: u64, is_other: &dyn Fn(u64) -> bool) -> bool {
         match (self.up, self.around) {
             (true, Some(around)) => number < around,
+            (true, None) if self.held_at.is_some() => self.held_at.is_some_and(|bound| number <= bound),
             (true, None) => number.checked_sub(self.step).map_or(self.may_be_less, is_other),
             (false, _) if self.saturates && number == 0 => (0..=self.step).any(is_other),
             (false, _) => number.checked_add(self.step).is_some_and(is_other),

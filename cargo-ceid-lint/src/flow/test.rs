@@ -197,6 +197,8 @@ pub struct About {
     pub is_debug: bool,
     /// The heads asked for, if it is a pattern or comparison with a constant.
     pub heads: Vec<Head>,
+    /// Whether it is a pattern that writes elements out: `[0xA5, value, ..]`.
+    pub asks_elements: bool,
     /// Whether it holds where the text does not: `a >= b` is asked as `a < b`.
     pub is_turned: bool,
     /// Why it is not known whether it holds in any iteration, if that is so.

@@ -79,7 +79,10 @@ impl Gates<'_, '_> {
         origins: u32,
     ) -> Option<Gate> {
         let graph = self.search.graph;
-        let gate = self.of_condition(origin, chosen_at, way, origins + 1)?;
+        // `fn warm(&mut self) -> bool { self.rounds += 1; self.rounds > 100 }`
+        let is_warm_up = |origin, by: &Way| self.is_told_warm_up(origin, at, by).then_some(Gate::Startup);
+        let gate = self.of_condition(origin, chosen_at, way, origins + 1);
+        let gate = gate.or_else(|| is_warm_up((origin, chosen_at), way))?;
         let mut leading = self.leading_to(given_at).unwrap_or_default();
         let is_of_caller = |branch: &NodeId| match &graph.node(*branch).effect {
             Effect::Branch(test) => self.asks_caller(&test.about.reads),
@@ -87,7 +90,11 @@ impl Gates<'_, '_> {
         };
         leading.retain(|(branch, _)| *branch != chosen_at && !is_of_caller(branch));
         let others = leading.into_iter().map(|(branch, next)| match &graph.node(branch).effect {
-            Effect::Branch(test) => self.of_condition(test, branch, &self.way_by(branch, next, at, way), origins + 1),
+            Effect::Branch(test) => {
+                let by = self.way_by(branch, next, at, way);
+                let gate = self.of_condition(test, branch, &by, origins + 1);
+                gate.or_else(|| is_warm_up((test, branch), &by))
+            }
             _ => None,
         });
         let others: Vec<Gate> = others.collect::<Option<_>>()?;

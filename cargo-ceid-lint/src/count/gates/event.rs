@@ -95,7 +95,7 @@ fn says_event(name: &str) -> bool {
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
     pub(super) fn is_event(&self, test: &Test) -> bool {
-        let is_choice = test.about.is_choice();
+        let is_choice = test.about.is_choice() || test.about.asks_elements;
         if test.about.is_presence && !is_choice {
             return false;
         }

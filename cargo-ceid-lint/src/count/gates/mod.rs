@@ -4,6 +4,7 @@ mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
+mod counted;
 mod elapsed;
 mod elements;
 mod event;

@@ -6,7 +6,7 @@ use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given};
 use crate::count::instances::{inner, place_ty};
 use crate::count::summary::Summary;
-use crate::flow::{Effect, Head, NodeId, OTHER_HEADS, Place, Subject, SubjectId};
+use crate::flow::{ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Subject, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// Whether something else takes a state back to where the filter pauses.
@@ -129,6 +129,15 @@ impl Gates<'_, '_> {
     /// Whether a function that the cycle does not read here gives the state, or that of another value of its owner's type, a head
     /// with which the filter pauses: `fn recalibrate(&mut self)`.
     pub(super) fn taken_back_elsewhere(&self, subject: &Subject, place: &Place, open: u32) -> TakenBack {
+        self.taken_back_by(place, &|head, _| head.is_none_or(|head| subject.bit(head) & open == 0))
+    }
+
+    /// The same where it is told what takes it back: the head that it is given, and how that goes on from the one before.
+    pub(super) fn taken_back_by(
+        &self,
+        place: &Place,
+        takes_back: &dyn Fn(Option<&str>, Option<ChangeKind>) -> bool,
+    ) -> TakenBack {
         let search = self.search;
         let (index, graph) = (search.program.index, search.graph);
         // The types of all owners on the way to the state, with the steps from there.
@@ -163,9 +172,9 @@ impl Gates<'_, '_> {
             (Ty::Adt(one, _), Ty::Adt(other, _)) => one == other,
             _ => ty == owner,
         };
-        let closes = |function: FunctionId, set: &Given, head: Option<&Head>| {
+        let closes = |function: FunctionId, (set, head, change): &(Given, Option<Head>, Option<ChangeKind>)| {
             let GivenBase::Param(param) = set.base else { return false };
-            let is_closing = head.is_none_or(|head| subject.bit(head) & open == 0);
+            let is_closing = takes_back(head.as_deref(), *change);
             let leads = |(owner, rest): &(Ty, &[_])| {
                 (set.steps.starts_with(rest) || rest.starts_with(&set.steps))
                     && ty_of(function, param).is_none_or(|ty| is_same(&inner(&ty), owner))
@@ -185,7 +194,7 @@ impl Gates<'_, '_> {
         let closing = search.summaries.of.iter().filter(|(function, summary)| {
             !is_own(**function)
                 && !index.function(**function).is_test
-                && summary.sets.iter().any(|(set, head, _)| closes(**function, set, head.as_ref()))
+                && summary.sets.iter().any(|set| closes(**function, set))
         });
         closing.fold(TakenBack::Never, |before, (_, summary)| match before {
             TakenBack::Kept => TakenBack::Kept,

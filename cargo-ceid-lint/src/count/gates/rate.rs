@@ -17,21 +17,21 @@ pub(super) const COUNTERS: &[&str] = &[
 
 /// How a counter changes.
 #[derive(Clone, Copy, Debug, Default)]
-struct CountSteps {
+pub(super) struct CountSteps {
     /// It goes up by one step.
-    up: bool,
+    pub(super) up: bool,
     /// It goes down by one step.
-    down: bool,
+    pub(super) down: bool,
     /// It is set to a constant.
-    set_back: bool,
+    pub(super) set_back: bool,
     /// It goes up by so much as was dealt with: `used += block.len()`.
-    sums: bool,
+    pub(super) sums: bool,
     /// It goes up by a fraction of a step, the same in all iterations: `phase += ratio`.
-    glides: bool,
+    pub(super) glides: bool,
     /// It goes round by itself.
-    wraps: bool,
+    pub(super) wraps: bool,
     /// It changes in another way.
-    other: bool,
+    pub(super) other: bool,
 }
 
 impl CountSteps {
@@ -48,7 +48,7 @@ impl CountSteps {
     }
 
     /// Whether it only goes up, or only down.
-    fn is_one_way(self) -> bool {
+    pub(super) fn is_one_way(self) -> bool {
         !self.other && !self.sums && self.up != self.down
     }
 }
@@ -91,6 +91,12 @@ impl Gates<'_, '_> {
             if steps.up && self.is_deadline(test, place, at, way) {
                 return Some(Gate::Rate);
             }
+            if self.comes_round_to(test, at, place, way) {
+                return self.counts_while_closed(place, at, way).then_some(Gate::Rate);
+            }
+            if self.is_counted_up_to(test, at, place, way) {
+                return Some(Gate::Startup);
+            }
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = self.counts_while_closed(place, at, way);
             // What counts up opens where it is large, what counts down where it is small.
@@ -103,7 +109,7 @@ impl Gates<'_, '_> {
 
     /// What a condition reads, and what the numbers of the iteration that it reads are reckoned from:
     /// `let left = self.next - self.count; if left <= 0 { … }`.
-    fn asked(&self, test: &Test) -> Vec<Place> {
+    pub(super) fn asked(&self, test: &Test) -> Vec<Place> {
         let mut asked = test.about.reads.clone();
         for place in &test.about.reads {
             let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
@@ -126,7 +132,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a count begins anew where its type ends, for it goes on whatever it has come to.
-    fn comes_round(&self, place: &Place) -> bool {
+    pub(super) fn comes_round(&self, place: &Place) -> bool {
         let before = self.before_asking(place);
         let graph = self.search.graph;
         let goes_round = |id: &NodeId| graph.changes.get(id).is_some_and(|change| change.goes_round);
@@ -152,29 +158,8 @@ impl Gates<'_, '_> {
         test.about.is_masked && is_low && counter.is_some_and(|counter| test.about.reads == [counter])
     }
 
-    /// `let is_warm = self.rounds >= 50; if is_warm { … } else { self.rounds += 1; }`: a count to a limit whose answer has a name, or is
-    /// what a helper gives that counts. It goes on between the two questions, or behind the second one, and nothing else changes it.
-    pub(super) fn is_told_warm_up(&self, (origin, chosen_at): (&Test, NodeId), at: NodeId, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let Some(closed) = way.after(chosen_at).filter(|_| origin.about.is_comparison) else { return false };
-        self.asked(origin).iter().any(|place| {
-            let side = origin.about.compared.iter().position(|side| side.as_ref() == Some(place));
-            let is_below = side.and_then(|side| graph.node(chosen_at).next.get(side)).map(|below| *below == closed);
-            let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place);
-            let counts =
-                || !self.reached_from(closed, goes_by)[at.0 as usize] || self.counts_while_closed(place, at, way);
-            self.outlives(place)
-                && self.is_number(place)
-                && self.count_steps(place).is_some_and(|steps| {
-                    steps.is_one_way() && !steps.set_back && !steps.wraps && is_below == Some(steps.up)
-                })
-                && counts()
-                && !self.comes_round(place)
-        })
-    }
-
     /// How a place changes in the region, if it is a counter; `None` if nothing changes it.
-    fn count_steps(&self, place: &Place) -> Option<CountSteps> {
+    pub(super) fn count_steps(&self, place: &Place) -> Option<CountSteps> {
         let mut steps = CountSteps::default();
         let mut changes = false;
         let is_number = self.is_number(place);
@@ -302,7 +287,7 @@ impl Gates<'_, '_> {
         nodes.peek().is_some() && nodes.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
     }
 
-    fn change(&self, id: NodeId) -> Option<ChangeKind> {
+    pub(super) fn change(&self, id: NodeId) -> Option<ChangeKind> {
         self.search.graph.changes.get(&id).map(|change| change.kind)
     }
 

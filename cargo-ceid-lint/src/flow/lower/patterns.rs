@@ -314,6 +314,11 @@ impl Builder<'_> {
         let body = self.body();
         let is_plain = pats.iter().all(|pat| body.is_rest(*pat) || self.is_irrefutable(*pat));
         let has_rest = pats.iter().any(|pat| body.is_rest(*pat));
+        // Elements that are written out tell what it is: `[0xA5, value, ..]`.
+        if pats.iter().any(|pat| matches!(body.pat(*pat).kind, PatKind::Literal(_))) {
+            let about = About { asks_elements: true, ..matched.about.clone() };
+            return self.ask_opaque_about(matched, about, span, no);
+        }
         // The compiler takes no pattern of another length for an array.
         if is_plain && matched.expr.is_some_and(|expr| matches!(self.ty(expr).peel(), Ty::Array(..))) {
             return;
@@ -336,10 +341,14 @@ impl Builder<'_> {
     }
 
     fn ask_opaque(&mut self, matched: &Matched, span: Span, no: NodeId) {
+        self.ask_opaque_about(matched, matched.about.clone(), span, no);
+    }
+
+    fn ask_opaque_about(&mut self, matched: &Matched, about: About, span: Span, no: NodeId) {
         if self.at.is_none() {
             return;
         }
-        let (yes, failed) = self.opaque_branch(span, matched.text.clone(), matched.about.clone());
+        let (yes, failed) = self.opaque_branch(span, matched.text.clone(), about);
         self.link(failed, no);
         self.resume(yes);
     }

@@ -20,7 +20,7 @@ impl Builder<'_> {
             return None;
         }
         let may_be_less = !self.int_of(target).is_some_and(|int| int.starts_with('u'));
-        let by = |up: bool, step: u64| Tally { up, step, around: None, saturates: false, may_be_less };
+        let by = |up: bool, step: u64| Tally { up, step, around: None, held_at: None, saturates: false, may_be_less };
         match op {
             Some(op @ ("+" | "-")) => Some(by(op == "+", self.number(value)?)),
             Some(_) => None,
@@ -42,6 +42,13 @@ impl Builder<'_> {
                 let around = self.number(*rhs).filter(|around| *around > 0)?;
                 let inner = self.tallied(before, *lhs, by).filter(|inner| inner.up && !inner.may_be_less)?;
                 Some(Tally { around: Some(around), ..inner })
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } if method == "min" => {
+                let [bound] = args.as_slice() else { return None };
+                let bound = self.number(*bound)?;
+                let inner = self.tallied(before, *receiver, by)?;
+                let is_plain = inner.up && !inner.may_be_less && inner.around.is_none() && inner.held_at.is_none();
+                is_plain.then_some(Tally { held_at: Some(bound), ..inner })
             }
             ExprKind::MethodCall { receiver, method, args, .. } if self.is_place(*receiver, before) => {
                 let [step] = args.as_slice() else { return None };
