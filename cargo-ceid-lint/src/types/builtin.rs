@@ -121,16 +121,6 @@ pub fn opens_cell(method: &str) -> bool {
     )
 }
 
-/// Whether a function of a type of the standard library gives a value of the type, or an error.
-pub(super) fn may_fail(path: &str, name: &str) -> bool {
-    match path {
-        "std::fs::File" => matches!(name, "open" | "create" | "create_new"),
-        "std::net::TcpStream" | "std::os::unix::net::UnixStream" => matches!(name, "connect" | "connect_timeout"),
-        "std::net::UdpSocket" | "std::net::TcpListener" | "std::os::unix::net::UnixDatagram" => name == "bind",
-        _ => false,
-    }
-}
-
 /// The name of the collection of the standard library that a type is like, which other crates put something before.
 pub(super) fn family(name: &str) -> &str {
     if ["SlotMap", "SecondaryMap", "EnumMap"].iter().any(|map| name.ends_with(map)) {

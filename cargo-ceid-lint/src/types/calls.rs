@@ -2,8 +2,8 @@
 
 use super::builtin;
 use super::infer::{Infer, param_types};
+use super::named::may_fail;
 use super::paths::Value;
-use super::primitive;
 use super::{Callee, Resolved};
 use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Path};
@@ -426,10 +426,7 @@ impl Infer<'_> {
         let makes_itself = (name == "register" && matches!(ty, Ty::Adt(id, _) if self.index.is_filter_set(id)))
             || names_constructor(name);
         // `File::open(…)?` and its kin: the function is known although its crate is not read.
-        if builtin::may_fail(&path, name) {
-            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
-        }
-        if primitive::may_fail(name) {
+        if may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
         }
         if let Some(made) = self.made_by_unread(&ty, name) {

@@ -4,7 +4,6 @@ use super::Callee;
 use super::builtin;
 use super::infer::Infer;
 use super::paths::Value;
-use super::primitive;
 use crate::index::{Def, FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, GenericArg, Path, TypeRef};
 
@@ -50,11 +49,12 @@ impl Infer<'_> {
     /// What a function gives whose crate is not read and whose path says what it reads: `serde_json::from_str::<Lag>(text)?`.
     pub(super) fn read_as_written(&mut self, made: Ty, path: &Path) -> Ty {
         if let (Ty::Unknown, [owner, name]) = (&made, path.segments.as_slice())
-            && primitive::may_fail(&name.name)
+            && is_converting(&name.name)
         {
             let owner = self.index.lower(&TypeRef::Path(Path::plain(&[&owner.name])), &self.scope);
-            let is_primitive = matches!(owner, Ty::Int | Ty::Float | Ty::Char | Ty::Bool);
-            return if is_primitive { Ty::std("std::result::Result", vec![owner, Ty::Unknown]) } else { made };
+            if matches!(owner, Ty::Int | Ty::Float | Ty::Char | Ty::Bool) {
+                return Ty::std("std::result::Result", vec![owner, Ty::Unknown]);
+            }
         }
         let Some(segment) = path.segments.last().filter(|segment| segment.name.starts_with("from_")) else {
             return made;
@@ -105,4 +105,19 @@ impl Infer<'_> {
             self.variables.unify(ty, expected);
         }
     }
+}
+
+/// Whether a function of a type of the standard library gives a value of the type, or an error.
+pub(super) fn may_fail(path: &str, name: &str) -> bool {
+    match path {
+        "std::fs::File" => matches!(name, "open" | "create" | "create_new"),
+        "std::net::TcpStream" | "std::os::unix::net::UnixStream" => matches!(name, "connect" | "connect_timeout"),
+        "std::net::UdpSocket" | "std::net::TcpListener" | "std::os::unix::net::UnixDatagram" => name == "bind",
+        _ => path.rsplit("::").next().is_some_and(|owner| owner.starts_with(char::is_uppercase)) && is_converting(name),
+    }
+}
+
+/// Whether a function that makes a value of its type gives a `Result`: `u8::try_from(reading)`.
+fn is_converting(name: &str) -> bool {
+    matches!(name, "try_from" | "from_str" | "from_str_radix")
 }

@@ -26,8 +26,3 @@ pub(super) fn given_by(ty: &Ty, method: &str) -> Ty {
         _ => Ty::Unknown,
     }
 }
-
-/// Whether a function that makes a value of its type gives a `Result`: `u8::try_from(reading)`.
-pub(super) fn may_fail(name: &str) -> bool {
-    matches!(name, "try_from" | "from_str" | "from_str_radix")
-}
