@@ -9,7 +9,7 @@ use super::declared::declared_ty;
 use super::given::{Given, GivenBase, given, place_of};
 use super::summary::Summaries;
 use crate::flow::{About, Assignment, CallSite, ControlFlowGraph, Effect, Node, NodeId, Place, Test, Transfer, Var};
-use crate::index::{Index, Ty};
+use crate::index::{FunctionId, Index, Ty};
 
 /// How many such places of a function are told apart.
 const MOST: usize = 16;
@@ -119,8 +119,12 @@ fn is_on_every_way(graph: &ControlFlowGraph, through: NodeId) -> bool {
 
 /// Puts behind each call what the function that is called does with references.
 fn take_over(graph: &mut ControlFlowGraph, puts: &[BTreeSet<Put>]) {
-    for id in graph.node_ids().collect::<Vec<_>>() {
+    for id in graph.node_ids() {
         let Effect::Call(site) = &graph.node(id).effect else { continue };
+        let has_some = |target: &FunctionId| puts.get(target.0 as usize).is_some_and(|puts| !puts.is_empty());
+        if !site.targets.iter().any(has_some) {
+            continue;
+        }
         let is_only = site.targets.len() == 1;
         let found: BTreeSet<&Put> =
             site.targets.iter().filter_map(|target| puts.get(target.0 as usize)).flatten().collect();

@@ -302,14 +302,10 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
     })
 }
 
-fn is_option(ty: &Ty) -> bool {
-    ty.external_name() == Some("Option")
-}
-
 /// Whether a method is that of what is behind a guard, and not of a lock's result.
 fn is_inside(method: &str, content: &Ty) -> bool {
     let is_row = matches!(content, Ty::Array(..) | Ty::Slice(_)) || content.external_name() == Some("Vec");
-    opens_option(method) && is_option(content) || is_row && matches!(method, "iter" | "iter_mut")
+    opens_option(method) && content.external_name() == Some("Option") || is_row && matches!(method, "iter" | "iter_mut")
 }
 
 /// Methods of an option that a lock's result does not have, or that are called on a guard more often than on that result.
@@ -386,7 +382,7 @@ fn optional_method(
             option(inner.clone())
         }
         "cloned" | "copied" => own(copied(inner)),
-        "flatten" if is_option(inner) => inner.clone(),
+        "flatten" if inner.external_name() == Some("Option") => inner.clone(),
         "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
             Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
         }

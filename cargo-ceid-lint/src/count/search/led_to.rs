@@ -1,6 +1,6 @@
 //! Collections whose elements are references: several of them may lead to one filter.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Search;
 use crate::count::declared::declared_ty;
@@ -52,7 +52,7 @@ impl Search<'_> {
             let (Effect::Set(set) | Effect::Write(set)) = &graph.node(id).effect else { continue };
             let key = set.place.steps.iter().position(|step| matches!(step.key(), Some(IndexKey::Data(_))));
             let (Some(at), Some(from), Some(var)) = (key, &set.from, set.place.base_var()) else { continue };
-            if Base::Var(var) == self.instance.base || !self.is_part_led_to(from) {
+            if Base::Var(var) == self.instance.base || !self.is_part_led_to(from) || self.is_put_back(id, var) {
                 continue;
             }
             let is_again =
@@ -63,6 +63,18 @@ impl Search<'_> {
         collections.into_values().any(|times| times > 1)
     }
 
+    /// Whether a node puts into a collection what was taken out of it as a whole: in another order, its elements are there once.
+    fn is_put_back(&self, node: NodeId, collection: Var) -> bool {
+        let comes_from_it = |source: &Place| {
+            source.base_var().filter(|var| self.graph.var(*var).name.is_empty()).is_some_and(|taken| {
+                let mut given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
+                given.any(|(_, from)| from.base == Base::Var(collection))
+            })
+        };
+        let mut around = self.graph.loops_around(node).flat_map(|id| &self.graph.loop_info(id).items);
+        around.any(|(_, source)| comes_from_it(source))
+    }
+
     /// Whether several elements of a collection, or each of them, are names of the instance.
     fn has_several_elements(&self) -> bool {
         // What changes places in the collection that holds it is still there once.
@@ -70,9 +82,9 @@ impl Search<'_> {
         self.is_put_several_times()
             || self.aliases.given().filter(is_other).any(|(_, given)| {
                 let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
-                let keys: Vec<&IndexKey> =
+                let keys: BTreeSet<&IndexKey> =
                     of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
-                keys.len() > 1 || keys.contains(&&IndexKey::Each)
+                keys.len() > 1 || keys.contains(&IndexKey::Each)
             })
     }
 }

@@ -344,6 +344,9 @@ impl<'s, 'a> Run<'s, 'a> {
         }
         let names = self.names.get(state.names);
         let own = |name: &Place| {
+            if name.base != place.base {
+                return Relation::Apart;
+            }
             let (mut place, mut name) = (place.clone(), name.clone());
             for (step, of_name) in place.steps.iter_mut().zip(&mut name.steps) {
                 let is_own = match (step.key(), of_name.key()) {
