@@ -6,7 +6,7 @@ use super::callgraph::callees;
 use super::instances::{may_hold_filter, place_ty};
 use super::summary::Summaries;
 use crate::flow::{CallSite, ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
-use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
+use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName, Ty};
 use crate::syntax::CycleDirective;
 use crate::syntax::tree::Receiver;
 
@@ -76,11 +76,16 @@ pub(super) fn reached_from_cycles(
     let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
     let mut open = Vec::new();
     for graph in graphs.iter().flatten() {
-        let whole =
-            matches!(function_kind(program, graph, summaries, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        let kind = function_kind(program, graph, summaries, called);
+        let is_cycle = |site: &CallSite| match kind {
+            FunctionKind::Cycle => true,
+            // One cycle is what it does to the filters of its caller.
+            FunctionKind::Presumed => !has_only_own_filters(program.index, graph, site),
+            FunctionKind::Helper | FunctionKind::Outside => false,
+        };
         for node in &graph.nodes {
             if let Effect::Call(site) = &node.effect
-                && (whole || node.in_loop.is_some())
+                && (node.in_loop.is_some() || is_cycle(site))
             {
                 open.extend(site.targets.iter().copied());
             }
@@ -95,6 +100,22 @@ pub(super) fn reached_from_cycles(
         }
     }
     reached
+}
+
+/// Whether what a call is given of filters was made in the function that calls, of which nobody else sees it.
+fn has_only_own_filters(index: &Index, graph: &ControlFlowGraph, site: &CallSite) -> bool {
+    // What a driver of any type may hold besides is nothing that anybody knows of.
+    let holds_filter = |ty: &Ty| match ty.peel() {
+        Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) => index.filter_spec(ty.peel()).is_some(),
+        known => may_hold_filter(index, known),
+    };
+    let places = site.args.iter().filter_map(|arg| arg.place.as_ref());
+    let filters = places.filter(|place| place_ty(index, graph, place).is_some_and(|ty| holds_filter(&ty)));
+    let is_own = |place: &Place| {
+        place.base_var().is_some_and(|var| graph.var(var).param.is_none() && matches!(graph.var(var).ty, Ty::Adt(..)))
+    };
+    let mut filters = filters.peekable();
+    filters.peek().is_some() && filters.all(is_own)
 }
 
 /// What one call of a function is.

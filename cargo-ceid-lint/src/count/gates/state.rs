@@ -223,6 +223,9 @@ impl Gates<'_, '_> {
         let Some(var) = place.base_var().filter(|var| copies < MAX_COPIES && !graph.handed.contains(var)) else {
             return false;
         };
+        if graph.constants.contains(&var) {
+            return true;
+        }
         let whole = Place::var(var);
         if let Some(element) = self.element_copied(&whole).filter(|_| place.steps.is_empty()) {
             return self.is_setting(&element);
