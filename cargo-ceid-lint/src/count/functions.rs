@@ -178,6 +178,9 @@ pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Sum
         Effect::Update(update) if update.run_by.is_guard() => makes_guard,
         Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } => true,
         Effect::Use { place } => holds_filter(place),
+        Effect::Set(write) | Effect::Write(write) if !write.place.steps.is_empty() => {
+            holds_filter(&Place { base: write.place.base, steps: Vec::new() })
+        }
         Effect::Unknown { places, .. } => places.iter().any(holds_filter),
         Effect::Call(site) => {
             let mut called = site.targets.iter().map(|target| summaries.get(*target));

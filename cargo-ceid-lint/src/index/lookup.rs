@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashSet;
 
+use super::extensions::is_primitive;
 use super::{FunctionId, ImplDef, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
 use crate::syntax::tree::{Attribute, TypeRef};
 
@@ -67,8 +68,10 @@ impl Index {
                     if let Ty::Adt(ty, _) = **inner {
                         self.impls_of_reference.entry((*mutable, ty)).or_default().push(id);
                     }
+                    self.note_extension(id, implements.as_ref());
                 }
-                // No other type is looked for by its impls, and libraries of mathematics have thousands of these.
+                // Libraries of mathematics have thousands of these.
+                primitive if is_primitive(primitive) => self.note_extension(id, implements.as_ref()),
                 _ => {}
             }
             match &implements {

@@ -4,6 +4,7 @@ mod collect;
 mod entries;
 mod entry_arguments;
 mod entry_errors;
+mod extensions;
 mod filters;
 mod function_places;
 mod generics;
@@ -101,6 +102,8 @@ pub struct Index {
     blankets_of_trait: FxHashMap<TraitName, Vec<ImplId>>,
     /// Those for arrays, slices, tuples and `impl Trait`.
     impls_of_shapes: Vec<ImplId>,
+    /// Those for primitive types and references, by the names of their methods.
+    extensions: FxHashMap<String, Vec<ImplId>>,
     impls_of_trait: FxHashMap<TraitId, Vec<ImplId>>,
     /// Those of traits that are not read, and what types derive.
     impls_of_foreign: FxHashMap<String, Vec<ImplId>>,

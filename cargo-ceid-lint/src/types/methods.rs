@@ -6,7 +6,7 @@ use super::infer::Infer;
 use super::primitive;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
-use crate::syntax::tree::{Block, ExprId, ExprKind, Path, TypeRef};
+use crate::syntax::tree::{Block, ExprId, ExprKind, Path, Receiver, TypeRef};
 
 impl Infer<'_> {
     pub(super) fn method_call(
@@ -22,7 +22,21 @@ impl Infer<'_> {
         let mut derefs = Vec::new();
         for _ in 0..12 {
             match &ty {
-                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
+                Ty::Ref(_, inner) => {
+                    let inner = self.variables.shallow(&inner.clone());
+                    if let Some(owner) = self.extension(&ty, method, args)
+                        && self.methods_of(&inner, method).is_empty()
+                    {
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
+                    }
+                    ty = inner;
+                }
+                Ty::Bool | Ty::Int | Ty::Float | Ty::Char | Ty::Str => match self.extension(&ty, method, args) {
+                    Some(owner) => {
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
+                    }
+                    None => break,
+                },
                 Ty::Pointer(_) => break,
                 Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
                     let owners = self.methods_of(&ty, method);
@@ -116,6 +130,17 @@ impl Infer<'_> {
         self.unresolved_method(id, &ty, method, turbofish, args)
     }
 
+    /// The method that a trait of the analysed code gives to a primitive type or a reference, if it may do something: what takes
+    /// nothing but a value only calculates.
+    fn extension(&self, ty: &Ty, method: &str, args: &[ExprId]) -> Option<MethodOwner> {
+        let owner = self.index.extension_methods(ty, method).into_iter().next()?;
+        let takes_itself = owner.function().is_some_and(|function| {
+            let receiver = &self.index.function(function).function.receiver;
+            *receiver == Some(Receiver::Exclusive) || matches!(ty, Ty::Ref(..))
+        });
+        (takes_itself || !args.is_empty()).then_some(owner)
+    }
+
     /// Whether a method of a pointer is ceid-core's, and what it points to has its own, which is what code outside of ceid-core
     /// means.
     fn is_forwarded(&self, owner: &MethodOwner, pointer: &Ty, method: &str) -> bool {
@@ -189,7 +214,15 @@ impl Infer<'_> {
             };
             return Ty::std("std::option::Option", vec![made]);
         }
-        let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
+        // No method of theirs takes a closure or writes what it is given.
+        let takes_more = |arg: &ExprId| {
+            let kind = &self.body.expr(*arg).kind;
+            matches!(kind, ExprKind::Closure(_) | ExprKind::Reference { mutable: true, .. })
+        };
+        let is_builtin = match ty {
+            Ty::Int | Ty::Float | Ty::Bool | Ty::Char => method == "hash" || !args.iter().any(takes_more),
+            _ => matches!(ty, Ty::Str | Ty::Tuple(_)),
+        };
         self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });
         match (ty, method) {
             // Whatever it is zipped with, the items of what is known are known.

@@ -161,6 +161,8 @@ pub(super) fn changes_receiver(method: &str) -> bool {
                 | "get_or_insert"
                 | "get_or_insert_with"
                 | "insert"
+                | "make_ascii_lowercase"
+                | "make_ascii_uppercase"
                 | "pop"
                 | "pop_back"
                 | "pop_first"

@@ -17,15 +17,29 @@ impl Builder<'_> {
         let (of_trait, method) = operator(op, operands.len())?;
         let written = self.ty(*operands.first()?).clone();
         let self_ty = written.peel().clone();
-        if !self.program.index.holds_filter(&self_ty) || self.at.is_none() {
+        let index = self.program.index;
+        // What the second operand is lent to is no number.
+        let lent = operands.get(1).map(|operand| self.ty(*operand).clone());
+        let lent = lent.filter(|ty| matches!(ty, Ty::Ref(true, inner) if index.holds_filter(inner.peel())));
+        if self.at.is_none() || lent.is_none() && !index.holds_filter(&self_ty) {
             return None;
         }
-        let index = self.program.index;
         let is_operator = |name: &TraitName| matches!(name, TraitName::External(path) if path.ends_with(of_trait));
         let of_reference = Some(&written).filter(|ty| matches!(ty, Ty::Ref(..)));
         let own = of_reference.into_iter().chain([&self_ty]).flat_map(|ty| index.methods(ty, method));
+        let own = own.chain(index.extension_methods(&self_ty, method));
         let own = own.filter(|owner| owner.of_trait().is_some_and(is_operator));
-        let targets: Vec<FunctionId> = own.filter_map(|owner| owner.function()).collect();
+        let mut targets: Vec<FunctionId> = own.filter_map(|owner| owner.function()).collect();
+        if let Some(lent) = &lent {
+            let takes = |target: &FunctionId| {
+                let param = index.function(*target).function.params.first();
+                param.is_some_and(|param| index.lower(param, &index.scope_of(*target)).admits(lent))
+            };
+            targets.retain(takes);
+            if targets.is_empty() {
+                return Some(self.unknown_call(id, self.text(id), operands, values));
+            }
+        }
         let gives_filter = |target: &FunctionId| {
             let output = index.lower(&index.function(*target).function.output, &index.scope_of(*target));
             self.may_hold_filter(&output)
