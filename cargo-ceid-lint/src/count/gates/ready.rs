@@ -1,7 +1,10 @@
 //! Questions to what gives the sample: whether it is complete, filled, or there at all.
 
+use std::collections::BTreeSet;
+
 use super::sample::has_word;
 use super::{Gates, Way};
+use crate::count::cycles::named;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 
@@ -177,27 +180,55 @@ impl Gates<'_, '_> {
 
     /// `if adc.read_into(&mut sample) { f.update(sample) }`: what the call writes is the sample.
     pub(super) fn fills_sample(&self, test: &Test) -> bool {
-        let graph = self.search.graph;
         let about = &test.about;
-        let is_filled = |place: &Place| {
-            let is_unseen = |id: NodeId| {
-                let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
-                is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
-            };
-            // `let mut buffer = [0; 4];`
-            let is_declared =
-                |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
-            let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
-            let mut filled = filled.peekable();
-            let is_filled = filled.peek().is_some() && filled.all(is_unseen);
-            (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
-        };
         if let Some(computed) = self.kept_answer(test) {
             let is_plain = |place: &&Place| matches!(self.ty(place), Some(Ty::Int | Ty::Float));
             let mut plain = computed.places.iter().filter(is_plain).peekable();
-            return plain.peek().is_some() && plain.all(is_filled);
+            return plain.peek().is_some() && plain.all(|place| self.is_filled_to_feed(place));
         }
-        !about.is_combined && !about.lent.is_empty() && about.lent.iter().all(is_filled)
+        !about.is_combined && !about.lent.is_empty() && about.lent.iter().all(|place| self.is_filled_to_feed(place))
+            || self.fills_by_number(test)
+    }
+
+    /// Whether what a place holds is written by what it is lent to, and fed.
+    fn is_filled_to_feed(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let is_unseen = |id: NodeId| {
+            let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
+            is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
+        };
+        // `let mut buffer = [0; 4];`
+        let is_declared =
+            |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
+        let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
+        let mut filled = filled.peekable();
+        let is_filled = filled.peek().is_some() && filled.all(is_unseen);
+        (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
+    }
+
+    /// `let n = port.read(&mut frame); if n == 0 { continue; }`, `if adc.read_into(&mut sample) != 0 { continue; }`: the call that
+    /// fills the sample tells by a number how much of it there is, or whether there is any.
+    fn fills_by_number(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let about = &test.about;
+        let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
+        let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
+        if about.numbers.len() != 1 || about.is_masked || about.is_remainder {
+            return false;
+        }
+        if !about.lent.is_empty() {
+            let is_asked = |place: &Place| !is_plain(place) || about.lent.contains(place);
+            return about.reads.iter().all(is_asked) && about.lent.iter().all(|place| self.is_filled_to_feed(place));
+        }
+        let [number] = about.reads.as_slice() else { return false };
+        let var = number.base_var().filter(|_| number.steps.is_empty() && self.ty(number) == Some(Ty::Int));
+        let Some(computed) = var.and_then(|var| graph.computed.get(&var)).filter(|_| !self.outlives(number)) else {
+            return false;
+        };
+        let wraps = |name: &String| name.starts_with("unwrap") || matches!(name.as_str(), "expect" | "ok" | "map_err");
+        about.names.iter().all(is_constant)
+            && computed.calls.iter().filter(|name| !wraps(name)).collect::<BTreeSet<_>>().len() == 1
+            && named(&computed.places).into_iter().any(|place| place != number && self.is_filled_to_feed(place))
     }
 
     /// A readiness test of the very object that the fed sample is read from.

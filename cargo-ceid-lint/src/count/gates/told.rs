@@ -81,9 +81,11 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a readiness test and what is fed come from one object, of which a helper asks or reads:
-    /// `if self.imu.ready() { let rate = self.rate(); f.update(rate) }`, `if self.is_ready() { f.update(self.imu.read()) }`.
+    /// `if self.imu.ready() { let rate = self.rate(); f.update(rate) }`, `if self.is_ready() { f.update(self.imu.read()) }`,
+    /// `if self.imu.ready() { self.service(); }`.
     pub(super) fn is_asked_by_helper(&self, asked: &Computed) -> bool {
-        let given = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        let mut given = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        given.extend(self.fed_in_helpers());
         let is_read = |place: &Place| given.contains(place) || self.fed().places.contains(place);
         let owner = |site: &CallSite| site.args.first().and_then(|arg| arg.place.clone());
         let mut told = self.answers(asked).into_iter().filter_map(|(site, told)| Some((owner(site)?, told)));
