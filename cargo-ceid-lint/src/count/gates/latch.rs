@@ -17,15 +17,20 @@ impl Gates<'_, '_> {
         let Some(given) = self.heads_by_calls(place) else { return false };
         let mut heads: Vec<&str> = given.into_iter().map(String::as_str).collect();
         let mut computed: Vec<NodeId> = Vec::new();
+        // A number is replaced with all its bits.
+        let is_owned = |write: &Assignment| self.is_number(&write.place);
         let replaces_owner = |write: &Assignment| {
-            !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
+            (!write.rebinds || is_owned(write))
+                && write.place.base == place.base
+                && place.steps.starts_with(&write.place.steps)
         };
         for id in self.nodes() {
             let effect = &graph.node(id).effect;
             if let Effect::Write(write) | Effect::Set(write) = effect
                 && (write.place == *place
                     || self.renews(id, place)
-                    || matches!(effect, Effect::Write(_)) && replaces_owner(write))
+                    || matches!(effect, Effect::Write(_)) && replaces_owner(write)
+                    || write.place.steps.len() < place.steps.len() && replaces_owner(write))
             {
                 match &write.head {
                     Some(head) => heads.push(head),

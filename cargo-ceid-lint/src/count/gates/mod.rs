@@ -316,7 +316,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) || self.asks_tag(test) {
             return Some(Gate::Event);
         }
-        if self.asks_kept_option(test) || self.asks_kept_part(test) {
+        if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
             return Some(Gate::Config);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {

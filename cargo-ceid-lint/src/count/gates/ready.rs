@@ -221,14 +221,27 @@ impl Gates<'_, '_> {
             return about.reads.iter().all(is_asked) && about.lent.iter().all(|place| self.is_filled_to_feed(place));
         }
         let [number] = about.reads.as_slice() else { return false };
-        let var = number.base_var().filter(|_| number.steps.is_empty() && self.ty(number) == Some(Ty::Int));
-        let Some(computed) = var.and_then(|var| graph.computed.get(&var)).filter(|_| !self.outlives(number)) else {
-            return false;
-        };
+        let is_number = matches!(self.ty(number), None | Some(Ty::Int | Ty::Unknown));
+        let var = number.base_var().filter(|_| number.steps.is_empty() && is_number && !self.outlives(number));
+        let Some(computed) = var.and_then(|var| graph.computed.get(&var)) else { return false };
         let wraps = |name: &String| name.starts_with("unwrap") || matches!(name.as_str(), "expect" | "ok" | "map_err");
-        about.names.iter().all(is_constant)
-            && computed.calls.iter().filter(|name| !wraps(name)).collect::<BTreeSet<_>>().len() == 1
-            && named(&computed.places).into_iter().any(|place| place != number && self.is_filled_to_feed(place))
+        let calls: BTreeSet<&String> = computed.calls.iter().filter(|name| !wraps(name)).collect();
+        // What the standard library fills, as `read` does, is computed from what it is called on.
+        let is_from_call = |place: &Place| {
+            let made = place.base_var().and_then(|var| graph.computed.get(&var));
+            let is_made = made.is_some_and(|made| made.calls.iter().any(|name| calls.contains(name)));
+            is_made && self.fed().places.iter().any(|other| other.overlaps(place))
+        };
+        // The device itself is asked for more than samples.
+        let is_buffer = |place: &Place| {
+            let ty = self.ty(place);
+            let ty = ty.as_ref().map(Ty::peel);
+            ty.is_some_and(|ty| matches!(ty, Ty::Int | Ty::Float) || crate::types::item_of(ty).is_some())
+        };
+        let is_filled = |place: &Place| {
+            place != number && is_buffer(place) && (self.is_filled_to_feed(place) || is_from_call(place))
+        };
+        about.names.iter().all(is_constant) && calls.len() == 1 && named(&computed.places).into_iter().any(is_filled)
     }
 
     /// A readiness test of the very object that the fed sample is read from.

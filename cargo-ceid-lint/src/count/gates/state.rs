@@ -216,7 +216,7 @@ impl Gates<'_, '_> {
     /// Whether a place has one value for all iterations, or is a variable of the iteration that is computed from such places and
     /// from nothing else: `let is_on = settings.is_on;`
     pub(super) fn is_invariant(&self, place: &Place, copies: u32) -> bool {
-        if self.is_setting(place) {
+        if self.is_setting(place) || self.is_set_once(place) {
             return true;
         }
         let graph = self.search.graph;
@@ -262,6 +262,26 @@ impl Gates<'_, '_> {
                     .iter()
                     .all(|from| is_owner(from) || (is_plain(from) && self.is_invariant(from, copies + 1)))
         })
+    }
+
+    /// Whether a place is a part of what a static holds that is set once: `if let Some(config) = CONFIG.get() && config.is_on`.
+    fn is_set_once(&self, place: &Place) -> bool {
+        let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+        computed.is_some_and(|from| self.comes_of_once(&from.places, &from.calls))
+    }
+
+    /// Whether it is asked whether such a static is set.
+    pub(super) fn asks_whether_set(&self, test: &Test) -> bool {
+        test.about.is_presence && self.comes_of_once(&test.about.reads, &test.about.names)
+    }
+
+    fn comes_of_once(&self, places: &[Place], calls: &[String]) -> bool {
+        let is_once = |from: &Place| {
+            let held = self.declared(from).filter(|_| matches!(from.base, Base::Static(_)));
+            held.is_some_and(|ty| matches!(ty.external_name(), Some("OnceLock" | "OnceCell" | "LazyLock" | "Lazy")))
+        };
+        let hands_out = |name: &String| matches!(name.as_str(), "get" | "unwrap" | "expect" | "as_ref");
+        !places.is_empty() && places.iter().all(is_once) && calls.iter().all(hands_out)
     }
 
     /// Whether a place is the entry of a constant table that goes along with the element which the filter is, or a part of it:

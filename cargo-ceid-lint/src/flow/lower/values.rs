@@ -46,7 +46,7 @@ impl Builder<'_> {
                 last = tail;
             }
             self.note_copy(last);
-        } else {
+        } else if self.graph.var(join.value).ty == Ty::Bool {
             self.note_copied_part(join.value, value);
         }
         self.join_parts(value, join.value, span);
