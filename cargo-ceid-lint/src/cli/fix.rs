@@ -67,7 +67,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
         }
         remove_abandoned(&bounds, &project, &first.report);
     }
-    let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &args.fixes).err());
+    let refusal = bounds.repositories().find_map(|root| vcs::check(root, &args.fixes).err());
     if let Some(refusal) = refusal.filter(|_| !args.fixes.diff) {
         console.error(&refusal, None);
         return Ok(Fixed::Ended(ExitStatus::Incomplete));

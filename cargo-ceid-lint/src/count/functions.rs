@@ -54,6 +54,7 @@ fn called_by(
             callees(graph)
                 .into_iter()
                 .map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX)))
+                .chain(graph.read_here.iter().copied())
                 .flat_map(|callee| [callee, index.origin(callee)])
                 .filter(move |callee| index.origin(*callee) != index.origin(own))
         })

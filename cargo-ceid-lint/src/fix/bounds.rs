@@ -14,6 +14,8 @@ use crate::source;
 #[derive(Clone, Debug, Default)]
 pub struct Bounds {
     roots: Vec<PathBuf>,
+    /// Repositories of packages of their own below them.
+    nested: Vec<PathBuf>,
     target_directory: Option<PathBuf>,
 }
 
@@ -21,18 +23,25 @@ impl Bounds {
     /// The bounds of a project.
     #[must_use]
     pub fn of(project: &Project) -> Self {
-        let reported = project.packages.iter().filter(|package| package.is_reported);
+        let reported = || project.packages.iter().filter(|package| package.is_reported);
         let mut roots: Vec<PathBuf> =
-            reported.filter_map(|package| package.workspace_root.canonicalize().ok()).collect();
+            reported().filter_map(|package| package.workspace_root.canonicalize().ok()).collect();
         roots.sort();
         roots.dedup();
-        Self { roots, target_directory: project.target_directory.canonicalize().ok() }
+        let homes = reported().filter_map(|package| package.manifest_path.parent()?.canonicalize().ok());
+        let repository = |home: PathBuf| {
+            let mut inside = home.ancestors().take_while(|above| !roots.iter().any(|root| root == above));
+            inside.find(|above| above.join(".git").exists()).map(Path::to_owned)
+        };
+        let mut nested: Vec<PathBuf> = homes.filter_map(repository).collect();
+        nested.sort();
+        nested.dedup();
+        Self { roots, nested, target_directory: project.target_directory.canonicalize().ok() }
     }
 
-    /// The workspaces.
-    #[must_use]
-    pub fn roots(&self) -> &[PathBuf] {
-        &self.roots
+    /// The directories whose version control is asked: the workspaces, and repositories below them that have packages of theirs.
+    pub fn repositories(&self) -> impl Iterator<Item = &PathBuf> {
+        self.roots.iter().chain(&self.nested)
     }
 
     /// The disk, with the notes of what is about to be replaced where [`interrupted`](Self::interrupted) looks for them.

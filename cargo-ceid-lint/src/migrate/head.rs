@@ -18,7 +18,7 @@ use super::text::{
 };
 use crate::index::{Owner, TraitName};
 use crate::source::Span;
-use crate::syntax::tree::{Block, ExprId, ExprKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
 use crate::syntax::{Lexer, TokenKind};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
@@ -203,8 +203,15 @@ pub(super) fn behind(
         };
         guarded.iter().any(is_seen)
     };
+    // The arms of a `select!` are events of their own, and by the one that leaves the loop nothing is updated today.
+    let is_arm = |exit: &ExprId| {
+        let is_select =
+            |id: ExprId| matches!(of.kind(id), ExprKind::Macro(call) if matches!(call.kind, MacroKind::Select(_)));
+        exits.left_at.contains(exit) && of.ancestors_inside(*exit).any(is_select)
+    };
     let waits = exits.waits.iter().filter(|_| guarded.iter().any(|own| outlives_future(of, own)));
-    let ends: Vec<ExprId> = exits.left_at.iter().chain(waits).copied().filter(is_seen_at).collect();
+    let ends: Vec<ExprId> =
+        exits.left_at.iter().chain(waits).copied().filter(|exit| is_seen_at(exit) || is_arm(exit)).collect();
     let uses_owner = |id: &ExprId| guarded.iter().any(|own| is_about_owner(of, &own.place, *id));
     let comes_first = |stmt: &&Stmt| within(stmt).into_iter().any(|id| ends.contains(id) || uses_owner(id));
     let early = block.stmts.iter().take_while(is_apart).filter(comes_first).last();

@@ -64,6 +64,7 @@ mod twice;
 mod unfit;
 mod unread;
 mod whole;
+mod worded;
 
 use std::collections::BTreeSet;
 

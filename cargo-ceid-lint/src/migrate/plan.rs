@@ -27,6 +27,7 @@ use super::tails::{outlives_owner, without_name};
 use super::text::join_insertions;
 use super::twice::used_twice;
 use super::whole::{of_a_closure, plan_of_a_law, whole_function, whole_loop};
+use super::worded::{Worded, worded};
 use super::{Plan, Reason, Rewrite, core_items, head};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
@@ -235,6 +236,15 @@ impl Rewriter<'_> {
             match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
                     reasons.extend(found.iter().find_map(|mention| given_to_macro(self.loops, of, own, mention)));
+                    for Worded { reason, is_change } in
+                        found.iter().filter_map(|mention| worded(self.loops, of, own, mention))
+                    {
+                        if is_change {
+                            changes.push(reason);
+                        } else {
+                            notes.push(format!("{} (line {})", reason.text, program.sources.line(reason.span)));
+                        }
+                    }
                     edits
                         .extend(found.iter().flat_map(|mention| mention.edit.iter().chain(&mention.elements).cloned()));
                     changes.extend(self.used_after(own, &found));

@@ -204,7 +204,7 @@ impl Infer<'_> {
         if owners.is_empty() {
             return match owner {
                 Ty::External(..) | Ty::Adt(..) => Value::ExternalAssoc(owner, name),
-                Ty::Param(_) if name == "default" => Value::ExternalAssoc(owner, name),
+                Ty::Param(_) | Ty::Opaque(_) if name == "default" => Value::ExternalAssoc(owner, name),
                 _ => match self.path_def(path) {
                     Some(def) => Value::Def(def),
                     None => Value::Unknown,

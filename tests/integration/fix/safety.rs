@@ -68,6 +68,26 @@ fn what_no_repository_keeps_is_refused() {
 }
 
 #[test]
+fn the_repository_of_a_member_is_asked_as_well() {
+    let manifest = b"[workspace]\nmembers = [\"inner\"]\n[package]\nname = \"outer\"\nedition = \"2024\"\n";
+    let directory = repository("fix_nested", &[("src/lib.rs", b"")]);
+    write(&directory, "Cargo.toml", manifest);
+    write(&directory, ".gitignore", b"/inner\n/target\nCargo.lock\n");
+    commit(&directory);
+    write(&directory, "inner/Cargo.toml", b"[package]\nname = \"inner\"\nedition = \"2024\"\n");
+    write(&directory, "inner/src/lib.rs", SUPPRESSED.as_bytes());
+    let inner = directory.join("inner");
+    git(&inner, &["init", "--quiet"]);
+    commit(&inner);
+    write(&inner, "notes.txt", b"");
+    fix(&directory, &["--workspace"]).assert_code(101).assert_stderr("  * notes.txt (dirty)\n");
+    assert_eq!(read(&inner, "src/lib.rs"), SUPPRESSED);
+    commit(&inner);
+    fix(&directory, &["--workspace"]).assert_code(0);
+    assert_eq!(read(&inner, "src/lib.rs"), unsuppressed());
+}
+
+#[test]
 fn a_diff_writes_nothing_and_can_be_applied() {
     let directory = repository("fix_diff", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
     write(&directory, "notes.txt", b"dirty, and that is fine");

@@ -290,6 +290,36 @@ fn a_panic_is_told() {
 }
 
 #[test]
+fn the_other_text_of_a_panic_is_told() {
+    let text = "\
+trait SampledFilter { fn update(&mut self); }
+struct Ramp(f64);
+impl SampledFilter for Ramp { fn update(&mut self) { self.0 += 0.1; } }
+struct Lift { ramp: Ramp }
+impl Lift {
+    fn run(&mut self) {
+        for _ in 0..3 {
+            ASSERTION;
+            self.ramp.update();
+        }
+    }
+}
+fn main() {
+    Lift { ramp: Ramp(0.0) }.run();
+}
+";
+    let told = |name: &str, assertion: &str| {
+        let text = text.replace("ASSERTION", assertion);
+        migrate(&package(name, &[("robot".to_owned(), text)]), &["--all"]).assert_code(0).stderr.clone()
+    };
+    let words = "`assert!` panics, it tells of `ramp` instead of `self.ramp` (line 8)";
+    let said = told("migrate_assertion", "assert!(self.ramp.0 < 9.0)");
+    assert!(said.contains(words) && said.contains("migrated 1 of 1 loop"), "{said}");
+    let said = told("migrate_assertion_text", "assert!(self.ramp.0 < 9.0, \"too high\")");
+    assert!(!said.contains("instead of") && said.contains("migrated 1 of 1 loop"), "{said}");
+}
+
+#[test]
 fn a_dependency_keeps_the_name_that_the_manifest_gives_it() {
     let directory = two_loops("migrate_renamed");
     let manifest = read(&directory.join("Cargo.toml"));

@@ -3,6 +3,7 @@
 mod args;
 mod core;
 mod files;
+mod keyed;
 mod names;
 mod offered;
 
@@ -13,12 +14,13 @@ use std::time::Instant;
 
 use self::core::{core_directory, relative};
 use self::files::{same_file, text_of};
+use self::keyed::{Key, Keyed, keyed};
 use self::names::needless_names;
 use self::offered::Offered;
 use super::args::FixArgs;
 use super::console::Stream;
 use super::{Console, ExitStatus, input, interrupted, vcs};
-use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
+use crate::count::{Cycle, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
@@ -78,7 +80,7 @@ struct Run<'a> {
     /// The files in which loops are migrated.
     touched: RefCell<BTreeSet<PathBuf>>,
     /// What is told of each loop that gets a guard: by its file and title, from the report by which it was migrated.
-    offered: RefCell<BTreeMap<(String, String), Offered>>,
+    offered: RefCell<BTreeMap<Key, Offered>>,
     /// The imports that may be idle in the newest text, each with its file and line.
     doubtful: RefCell<Vec<(String, u32, Doubtful)>>,
 }
@@ -111,7 +113,7 @@ impl Run<'_> {
             allow_staged: self.args.allow_staged,
             allow_no_vcs: self.args.allow_no_vcs,
         };
-        let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &fixes).err());
+        let refusal = bounds.repositories().find_map(|root| vcs::check(root, &fixes).err());
         if let Some(refusal) = refusal.filter(|_| !self.args.diff) {
             self.console.error(&refusal.replace("ceid-lint fix", "ceid-lint migrate"), None);
             return Ok(ExitStatus::Incomplete);
@@ -145,9 +147,10 @@ impl Run<'_> {
     }
 
     /// The plans that were asked for.
-    fn chosen<'r>(&self, report: &'r Report) -> Result<Vec<&'r Plan>, String> {
-        let Asked::At(places) = &self.asked else { return Ok(report.plans.iter().collect()) };
-        let mut chosen = Vec::new();
+    fn chosen<'r>(&self, report: &'r Report) -> Result<Vec<Keyed<'r>>, String> {
+        let plans = keyed(report);
+        let Asked::At(places) = &self.asked else { return Ok(plans) };
+        let mut heads = BTreeSet::new();
         for (path, line) in places {
             let is_file = |span: Span| same_file(&report.sources.file(span.file).path, path);
             let holds = |span: Span| {
@@ -160,14 +163,14 @@ impl Run<'_> {
                 report.cycles.iter().any(|cycle| is_file(cycle.head) && report.sources.line(cycle.head) == *line);
             match innermost {
                 Some(plan) if is_cycle && report.sources.line(plan.head) != *line => {}
-                Some(plan) => chosen.push(plan),
+                Some(plan) => drop(heads.insert(plan.head)),
                 None if is_cycle => {}
                 None => {
                     return Err(format!("there is no control cycle at line {line} of `{}`", path.display()));
                 }
             }
         }
-        Ok(chosen)
+        Ok(plans.into_iter().filter(|keyed| heads.contains(&keyed.plan.head)).collect())
     }
 
     /// Tells why loops stay as they are though no plan is about them, and how many these are: of those that were named, or of all.
@@ -203,13 +206,14 @@ impl Run<'_> {
     }
 
     /// Tells what could be done.
-    fn list(&self, report: &Report, plans: &[&Plan]) {
-        let can = |plan: &&&Plan| self.taken(plan).is_some_and(|rewrite| self.edits(report, rewrite).is_ok());
-        for plan in plans.iter().filter(can) {
+    fn list(&self, report: &Report, plans: &[Keyed<'_>]) {
+        let can = |plan: &&Plan| self.taken(plan).is_some_and(|rewrite| self.edits(report, rewrite).is_ok());
+        let (able, unable): (Vec<&Plan>, Vec<&Plan>) = plans.iter().map(|keyed| keyed.plan).partition(can);
+        for plan in able {
             self.console.say(&format!("{} can be migrated", self.title(report, plan, self.going(plan))));
             self.tell_staying(report, plan);
         }
-        for plan in plans.iter().filter(|plan| !can(plan)) {
+        for plan in unable {
             self.refuse(report, plan, None);
         }
         self.console.say("`cargo ceid-lint migrate FILE:LINE` migrates one loop, `--all` all that can be");
@@ -253,23 +257,22 @@ impl Run<'_> {
     /// The fixes of a round.
     fn offer(&self, report: &Report, first: &Report) -> Vec<Fix> {
         let Ok(of_first) = self.chosen(first) else { return Vec::new() };
-        let chosen: BTreeSet<(String, String)> = of_first.iter().map(|plan| key(first, plan)).collect();
-        let is_chosen = |plan: &&Plan| chosen.contains(&key(report, plan));
+        let chosen: BTreeMap<&Key, &Plan> = of_first.iter().map(|keyed| (&keyed.key, keyed.plan)).collect();
         let mut fixes = Vec::new();
         let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
-        for plan in report.plans.iter().filter(is_chosen) {
-            if let Some(rewrite) = self.taken(plan)
+        for Keyed { key, plan } in keyed(report) {
+            if let Some(of_first) = chosen.get(&key)
+                && let Some(rewrite) = self.taken(plan)
                 && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own.may_be(ty) && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
                 // A type has one law for guards; what another loop would make of it shows once that is written.
                 laws.extend(rewrite.laws.iter().cloned());
-                let of_first = first.plans.iter().find(|other| key(first, other) == key(report, plan));
-                let of_first = of_first.and_then(|other| Some(Offered::of(first, other, self.taken(other)?)));
+                let of_first = self.taken(of_first).map(|rewrite| Offered::of(first, of_first, rewrite));
                 let offered = Offered::of(report, plan, rewrite).in_lines_of(of_first);
-                self.offered.borrow_mut().insert(key(report, plan), offered);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
-                fixes.push(fix_of(report, plan.head, title_of(report, plan), edits));
+                fixes.push(fix_of(report, plan.head, key.1.clone(), edits));
+                self.offered.borrow_mut().insert(key, offered);
             }
         }
         let is_touched = |path: &Path| self.touched.borrow().iter().any(|own| same_file(own, path));
@@ -300,20 +303,21 @@ impl Run<'_> {
     }
 
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
-    fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
-        let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
-        let is_own = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
+    fn tell(&self, first: &Report, chosen: &[Keyed<'_>], revision: &Revision, unplanned: usize) -> usize {
+        let own: BTreeSet<(&str, &str)> =
+            revision.made.iter().map(|fix| (fix.file.as_str(), fix.title.as_str())).collect();
+        let is_own = |keyed: &Keyed<'_>| own.contains(&(keyed.key.0.as_str(), keyed.key.1.as_str()));
         // Two loops may call the function that gets the guard.
-        let is_same = |plan: &Plan, other: &Plan| {
-            self.taken(plan).zip(self.taken(other)).is_some_and(|(one, other)| one.edits == other.edits)
+        let is_same = |one: &Keyed<'_>, other: &Keyed<'_>| {
+            self.taken(one.plan).zip(self.taken(other.plan)).is_some_and(|(one, other)| one.edits == other.edits)
         };
-        let is_made = |plan: &Plan| is_own(plan) || chosen.iter().any(|other| is_own(other) && is_same(plan, other));
-        let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
+        let is_made = |one: &&Keyed<'_>| is_own(one) || chosen.iter().any(|other| is_own(other) && is_same(one, other));
+        let (made, left): (Vec<&Keyed<'_>>, Vec<&Keyed<'_>>) = chosen.iter().partition(is_made);
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
-        for plan in &made {
+        for Keyed { key, plan } in made.iter().copied() {
             self.console.say(&format!("{verb} {}", self.title(first, plan, self.going(plan))));
             let offered = self.offered.borrow();
-            let Some(Offered { notes, changes }) = offered.get(&key(first, plan)) else { continue };
+            let Some(Offered { notes, changes }) = offered.get(key) else { continue };
             for note in notes {
                 self.console.say(&format!("  {note}"));
             }
@@ -322,8 +326,9 @@ impl Run<'_> {
             }
             self.tell_staying(first, plan);
         }
-        for plan in &left {
-            let why = revision.refused.iter().find(|refused| is_of(&refused.fix, plan));
+        for Keyed { key, plan } in left.iter().copied() {
+            let is_of = |fix: &Fix| (&fix.file, &fix.title) == (&key.0, &key.1);
+            let why = revision.refused.iter().find(|refused| is_of(&refused.fix));
             self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
         }
         for fix in revision.made.iter().filter(|fix| fix.rule == fix::UNUSED_SUPPRESSION) {
@@ -461,22 +466,4 @@ fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {
     } else {
         format!("{}:{line}: {}", report.sources.file(reason.span.file).name, reason.text)
     }
-}
-
-/// The file and the title of a plan's fix.
-fn key(report: &Report, plan: &Plan) -> (String, String) {
-    (report.sources.file(plan.head.file).name.clone(), title_of(report, plan))
-}
-
-/// What a plan does; it tells plans of one file apart, from round to round: lines move, and the loops of a function keep their order.
-fn title_of(report: &Report, plan: &Plan) -> String {
-    let is_before = |cycle: &&Cycle| {
-        cycle.kind != CycleKind::Function
-            && cycle.function == plan.function
-            && cycle.head < plan.head
-            && cycle.head.file == plan.head.file
-    };
-    let before: BTreeSet<Span> = report.cycles.iter().filter(is_before).map(|cycle| cycle.head).collect();
-    let number = before.len() + 1;
-    format!("{} updated by a guard in loop {number} of `{}`", quoted(&plan.filters), plan.function)
 }

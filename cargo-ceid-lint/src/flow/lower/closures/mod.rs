@@ -177,6 +177,7 @@ impl Builder<'_> {
         self.frames.push(Frame::new(target, body, typed));
         let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
         self.depth += 1;
+        self.graph.read_here.insert(target);
         self.inlining.push(target);
         let ty = self.ty(body.root).clone();
         let value = self.inline_body(ty, span, true, |this| {
