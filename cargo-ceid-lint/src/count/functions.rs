@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::callgraph::callees;
+use super::given::{Given, GivenBase};
 use super::instances::{may_hold_filter, place_ty};
 use super::summary::Summaries;
 use crate::flow::{CallSite, ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
-use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
+use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName, Ty};
 use crate::syntax::CycleDirective;
 use crate::syntax::tree::Receiver;
 
@@ -76,11 +77,16 @@ pub(super) fn reached_from_cycles(
     let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
     let mut open = Vec::new();
     for graph in graphs.iter().flatten() {
-        let whole =
-            matches!(function_kind(program, graph, summaries, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        let kind = function_kind(program, graph, summaries, called);
+        let is_cycle = |site: &CallSite| match kind {
+            FunctionKind::Cycle => true,
+            // One cycle is what it does to the filters of its caller.
+            FunctionKind::Presumed => !has_only_own_filters(program.index, graph, site),
+            FunctionKind::Helper | FunctionKind::Outside => false,
+        };
         for node in &graph.nodes {
             if let Effect::Call(site) = &node.effect
-                && (whole || node.in_loop.is_some())
+                && (node.in_loop.is_some() || is_cycle(site))
             {
                 open.extend(site.targets.iter().copied());
             }
@@ -95,6 +101,25 @@ pub(super) fn reached_from_cycles(
         }
     }
     reached
+}
+
+/// Whether what a call is given of filters was made in the function that calls, of which nobody else sees it.
+fn has_only_own_filters(index: &Index, graph: &ControlFlowGraph, site: &CallSite) -> bool {
+    let places = site.args.iter().filter_map(|arg| arg.place.as_ref());
+    let filters = places.filter(|place| holds_filter(index, graph, place));
+    let is_own = |place: &Place| {
+        place.base_var().is_some_and(|var| graph.var(var).param.is_none() && matches!(graph.var(var).ty, Ty::Adt(..)))
+    };
+    let mut filters = filters.peekable();
+    filters.peek().is_some() && filters.all(is_own)
+}
+
+/// Whether there may be a filter at a place. What a driver of any type may hold besides is nothing that anybody knows of.
+fn holds_filter(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place_ty(index, graph, place).is_none_or(|ty| match ty.peel() {
+        any @ (Ty::Param(_) | Ty::Opaque(_)) => index.filter_spec(any).is_some(),
+        known => may_hold_filter(index, known),
+    })
 }
 
 /// What one call of a function is.
@@ -145,17 +170,28 @@ pub(super) fn function_kind(
 pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries, id: LoopId) -> bool {
     let info = graph.loop_info(id);
     let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
-    let holds_filter = |place: &Place| place_ty(index, graph, place).is_none_or(|ty| may_hold_filter(index, &ty));
+    let holds_filter = |place: &Place| holds_filter(index, graph, place);
     let inside: Vec<&Node> = graph.node_ids().filter(|node| is_inside(*node)).map(|node| graph.node(node)).collect();
     let makes_guard = inside.iter().any(|node| matches!(node.effect, Effect::GuardStart(_)));
     let touches = |effect: &Effect| match effect {
         // A guard from outside runs its laws where the loop leaves the cycle around it as well.
         Effect::Update(update) if update.run_by.is_guard() => makes_guard,
-        Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } | Effect::Use { .. } => true,
+        Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } => true,
+        Effect::Use { place } => holds_filter(place),
         Effect::Unknown { places, .. } => places.iter().any(holds_filter),
         Effect::Call(site) => {
             let mut called = site.targets.iter().map(|target| summaries.get(*target));
-            called.any(|callee| callee.is_none_or(|it| it.given_places().next().is_some() || !it.uses.is_empty()))
+            let mut given = site.args.iter().filter_map(|arg| arg.place.as_ref());
+            let meets = |place: &Given| match place.base {
+                GivenBase::Param(number) => {
+                    site.args.get(number).and_then(|arg| arg.place.as_ref()).is_some_and(holds_filter)
+                }
+                GivenBase::Static(_) => true,
+            };
+            called.any(|callee| match callee {
+                Some(callee) => callee.given_places().chain(&callee.uses).any(meets),
+                None => given.any(holds_filter),
+            })
         }
         _ => false,
     };

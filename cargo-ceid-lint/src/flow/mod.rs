@@ -89,6 +89,8 @@ pub struct ControlFlowGraph {
     pub received: std::collections::BTreeSet<Var>,
     /// The variables that hold a remainder, and whether it is the low bits of a number: `let slot = n % 10;`
     pub remainders: std::collections::BTreeMap<Var, bool>,
+    /// The variables that hold a constant for good: `let is_on = P::IS_ON;`
+    pub constants: std::collections::BTreeSet<Var>,
     /// The variables that a closure or an arm was handed: nothing is built there.
     pub handed: std::collections::BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.

@@ -1,6 +1,6 @@
 //! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
 
-use super::{AskedLength, Cause, ControlFlowGraph, Effect, Place, Var};
+use super::{AskedLength, Cause, ControlFlowGraph, Effect, Place, Var, is_receiving};
 use crate::index::Ty;
 use crate::source::Span;
 
@@ -214,6 +214,24 @@ impl About {
     #[must_use]
     pub fn asks_presence(&self) -> bool {
         !self.heads.is_empty() && self.heads.iter().all(|head| is_presence(head))
+    }
+
+    /// Whether what is received is compared at once, under no name: `if commands.recv() == Ok(Command::Stop) { … }`.
+    #[must_use]
+    pub fn asks_received(&self) -> bool {
+        let unpacks = |name: &String| matches!(name.as_str(), "expect" | "unwrap" | "unwrap_or" | "unwrap_or_default");
+        let is_known = |name: &String| {
+            is_receiving(name)
+                || name.starts_with(char::is_uppercase)
+                || unpacks(name)
+                || matches!(name.as_str(), "await" | "ok")
+        };
+        // An arm asks for what may say that nothing was there.
+        !self.is_presence
+            && self.lent.is_empty()
+            && (self.is_combined || self.names.iter().any(unpacks))
+            && self.names.iter().any(|name| is_receiving(name))
+            && self.names.iter().all(is_known)
     }
 
     /// Whether it is asked which of several things a value is.

@@ -110,8 +110,18 @@ fn is_unseen(program: &Program<'_>, body: &Body, typed: &TypedBody, call: ExprId
     let has_code = |target: &FunctionId| program.index.function(*target).function.body.is_some();
     let is_foreign = |target: &FunctionId| program.index.function(*target).owner == Owner::Module;
     resolved.law.is_none()
-        && !resolved.targets.iter().any(has_code)
-        && (resolved.targets.iter().any(is_foreign) || is_of_a_value(body, typed, call) || is_open(&resolved.self_ty))
+        && (is_open(&resolved.self_ty) && lends_open(body, typed, call)
+            || !resolved.targets.iter().any(has_code)
+                && (resolved.targets.iter().any(is_foreign)
+                    || is_of_a_value(body, typed, call)
+                    || is_open(&resolved.self_ty)))
+}
+
+/// Whether a function is lent what only the type that it belongs to knows: `S::read(&self.port)`. The impls that are known need not be
+/// all.
+fn lends_open(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
+    let ExprKind::Call { args, .. } = &body.expr(call).kind else { return false };
+    args.iter().any(|arg| matches!(typed.ty(*arg).peel(), Ty::Param(_) | Ty::Opaque(_)))
 }
 
 /// What runs where values of a type are dropped.

@@ -109,7 +109,8 @@ impl Gates<'_, '_> {
         if test.about.is_presence && test.about.names.iter().any(brings) {
             return true;
         }
-        self.is_event_of(&test.about.reads, self.tells_apart(test))
+        test.about.asks_received()
+            || self.is_event_of(&test.about.reads, self.tells_apart(test))
             || (is_choice && (self.asks_message(test) || self.asks_frame(test)))
             || self.asks_derived(test)
     }

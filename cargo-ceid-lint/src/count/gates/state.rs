@@ -223,7 +223,7 @@ impl Gates<'_, '_> {
         let Some(var) = place.base_var().filter(|var| copies < MAX_COPIES && !graph.handed.contains(var)) else {
             return false;
         };
-        if self.is_entry_beside(place) {
+        if graph.constants.contains(&var) || self.is_entry_beside(place) {
             return true;
         }
         let whole = Place::var(var);

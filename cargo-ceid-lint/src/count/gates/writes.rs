@@ -12,7 +12,9 @@ impl Gates<'_, '_> {
                 Effect::Unknown { places, .. } => places.clone(),
                 _ => Vec::new(),
             };
-            self.nodes().flat_map(of).collect()
+            // What is written by another name is written.
+            let with_roots = |place: Place| [self.search.aliases.shared_roots(&place).to_vec(), vec![place]].concat();
+            self.nodes().flat_map(of).flat_map(with_roots).collect()
         });
         written.iter().any(|other| other.overlaps(place))
     }

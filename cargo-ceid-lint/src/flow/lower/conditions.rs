@@ -6,7 +6,7 @@ use super::values::Join;
 use super::{Builder, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
-use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::Callee;
 
 /// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
@@ -118,7 +118,7 @@ impl Builder<'_> {
                     self.jump(no);
                 }
             }
-            ExprKind::Macro(call) if matches!(call.kind, MacroKind::DebugBuild) => {
+            ExprKind::Macro(_) | ExprKind::Path(_) if self.constants().asks_for_debug_build(id, 0) => {
                 let (holds, failed) = self.debug_branch(self.span(id), self.text(id));
                 self.link(failed, no);
                 self.resume(holds);

@@ -5,7 +5,7 @@ use super::numbers::limit_of_type;
 use super::subjects::external_head;
 use crate::flow::{Head, Place, Program};
 use crate::index::{BodyOwner, Def, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Path, StmtKind, TypeRef};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind, Path, StmtKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
 /// A number, or a time in seconds.
@@ -195,6 +195,24 @@ impl Builder<'_> {
         let numbers = numbers?;
         let first = *numbers.first()?;
         numbers.iter().all(|number| *number == first).then_some(first)
+    }
+}
+
+impl Constants<'_> {
+    /// Whether an expression is `cfg!(debug_assertions)`, or a name for it.
+    pub(super) fn asks_for_debug_build(self, id: ExprId, depth: u32) -> bool {
+        match &self.body.expr(id).kind {
+            ExprKind::Macro(call) => matches!(call.kind, MacroKind::DebugBuild),
+            ExprKind::Path(_) if depth < MAX_DEPTH => match (self.initial(id), self.typed.expr_def.get(&id)) {
+                (Some(initial), _) => self.asks_for_debug_build(initial, depth + 1),
+                (None, Some(Def::Value(value))) if !self.program.index.value(*value).item.is_static => {
+                    in_constant(self.program, *value, |own| own.asks_for_debug_build(own.body.root, depth + 1))
+                        .unwrap_or(false)
+                }
+                _ => false,
+            },
+            _ => false,
+        }
     }
 }
 

@@ -218,6 +218,10 @@ impl Builder<'_> {
             self.note_copy(init);
             if let [var] = bound.as_slice() {
                 self.copy_parts(&value, &Place::var(*var), span);
+                let is_fixed = matches!(self.body().pat(pat).kind, PatKind::Bind { mutable: false, .. });
+                if is_fixed && self.pure(init).is_some_and(|pure| pure.reads.is_empty()) {
+                    self.graph.constants.insert(*var);
+                }
             }
             if let Some(is_masked) = self.remainder(init) {
                 let held: Vec<Var> = self.vars_of(pat).into_iter().filter(|var| !self.is_mutated(*var)).collect();
