@@ -73,6 +73,8 @@ pub(super) struct Summary {
     pub(super) uneven: BTreeSet<Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
+    /// The objects in what it was lent from which they are fed.
+    pub(super) feeds_from: BTreeMap<Given, BTreeSet<Given>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
     pub(super) measures: BTreeMap<Given, BTreeSet<Given>>,
     /// The times that it keeps for those that wait for one.
@@ -466,7 +468,11 @@ impl Summaries {
                 summary.paced.entry(given.clone()).or_default().extend(super::gates::paced_by(&search, &outcomes));
                 turns::note(&search, &given, summary);
                 summary.halves[law].insert(given.clone(), outcomes);
-                summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
+                if !summary.feeds.contains_key(&given) {
+                    let (params, objects) = super::gates::fed_from(&search);
+                    summary.feeds.insert(given.clone(), params);
+                    summary.feeds_from.insert(given.clone(), objects);
+                }
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
             summary.cycles.extend((runs_cycles == Some(true)).then_some(given));

@@ -6,11 +6,13 @@ mod cells;
 mod change;
 mod cycle;
 mod duplicated;
+mod guard;
 mod latches;
 mod lower;
 mod mark;
 mod place;
 mod program;
+mod sizes;
 mod steps;
 mod strides;
 mod test;
@@ -24,6 +26,7 @@ pub use cells::Cells;
 pub use change::{Change, ChangeKind, Tally};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use duplicated::Duplicated;
+pub use guard::GuardInfo;
 pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
@@ -34,6 +37,7 @@ pub use lower::{
 pub use mark::Mark;
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::{Inferred, Program};
+pub use sizes::{AskedLength, LengthBound, Resized};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
 pub use strides::SampleWrite;
@@ -125,6 +129,8 @@ pub struct ControlFlowGraph {
     pub mixed: Vec<(NodeId, Span, Computed)>,
     /// Collections that a method takes everything out of.
     pub emptied: Vec<(NodeId, Place)>,
+    /// What methods do to the lengths of the collections that they write.
+    pub resized: std::collections::BTreeMap<NodeId, Resized>,
     /// Functions whose bodies were read where they are called.
     pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
@@ -404,29 +410,6 @@ pub struct VarInfo {
     pub declared: NodeId,
     /// The parameter it is, if it is one.
     pub param: Option<usize>,
-}
-
-/// How a guard comes about and ends.
-#[derive(Clone, Debug)]
-pub struct GuardInfo {
-    /// Where it is made.
-    pub span: Span,
-    /// What it updates when it is dropped, captured when it is made.
-    pub holds: Vec<Var>,
-    /// The filters that are or lie in what it holds.
-    pub updates: Vec<Place>,
-    /// The innermost loop in which it is made.
-    pub in_loop: Option<LoopId>,
-    /// The names of what it holds, for messages.
-    pub names: Vec<String>,
-    /// Set if it is dropped before the end of its cycle: where, and how.
-    pub dropped: Option<(Span, String)>,
-    /// Set if it is never dropped: where, and how.
-    pub forgotten: Option<(Span, String)>,
-    /// The name it is bound to, if it has one.
-    pub name: Option<String>,
-    /// Whether it is a value of another type, with destructors that run where it ends.
-    pub is_destructor: bool,
 }
 
 impl ControlFlowGraph {

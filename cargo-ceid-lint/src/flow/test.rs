@@ -1,6 +1,6 @@
 //! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
 
-use super::{Cause, ControlFlowGraph, Effect, Place, Var, is_receiving};
+use super::{AskedLength, Cause, ControlFlowGraph, Effect, Place, Var, is_receiving};
 use crate::index::Ty;
 use crate::source::Span;
 
@@ -205,6 +205,8 @@ pub struct About {
     pub unread: Option<Cause>,
     /// Whether it holds or fails where a filter says that it is at rest, if that is what is asked.
     pub rest: Option<bool>,
+    /// The length that it compares, if it asks for nothing else.
+    pub length: Option<Box<AskedLength>>,
 }
 
 impl About {

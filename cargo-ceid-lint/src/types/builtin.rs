@@ -1,6 +1,6 @@
 //! What methods of the standard library (and of crates that follow its shapes) give back.
 
-use crate::index::Ty;
+use crate::index::{Length, Ty};
 
 /// Pointers and wrappers that hand out their content by themselves (`Deref`).
 #[must_use]
@@ -421,6 +421,10 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         | "par_chunks_exact_mut"
         | "par_chunks_exact" => iterator(lent(Ty::Slice(Box::new(inner.clone())), method)),
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
+        "get_disjoint_mut" => {
+            let lent = Ty::Array(Box::new(reference(inner.clone())), Length::default());
+            Ty::std("std::result::Result", vec![lent, Ty::Unknown])
+        }
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
         "to_vec" | "into_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
@@ -428,8 +432,8 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,
-        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend" | "resize"
-        | "resize_with" => Ty::unit(),
+        "push" | "push_back" | "push_front" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse"
+        | "extend" | "resize" | "resize_with" => Ty::unit(),
         _ => return None,
     })
 }

@@ -54,7 +54,11 @@ impl Gates<'_, '_> {
             let own = self.way_by(branch, next, at, way);
             let way = if is_only { Way { left_at: way.left_at, ..own } } else { own };
             // A filter on the sample itself lets pass what is one.
-            let is_of_sample = || self.asks_only_sample(origin) && self.lacks_sample(test, at, &way);
+            let is_of_sample = || {
+                // A function that fills what it is lent has its reasons to fail.
+                let fails_to_fill = || !test.about.lent.is_empty() && self.is_read_in_place(branch);
+                (self.asks_only_sample(origin) || fails_to_fill()) && self.lacks_sample(test, at, &way)
+            };
             let gate = self.of_condition(origin, branch, &way, origins + 1);
             let gate = gate.or_else(|| is_of_sample().then_some(Gate::Sample));
             // Of what is zipped, each part has to be fed.

@@ -66,7 +66,8 @@ impl Gates<'_, '_> {
         let comes_round = |id: NodeId| {
             let change = graph.changes.get(&id).filter(|change| change.goes_round);
             change.is_some_and(|change| {
-                change.kind == ChangeKind::CountsUp && change.tally.filter(|tally| tally.up).is_some_and(comes_to)
+                let is_step = matches!(change.kind, ChangeKind::CountsUp | ChangeKind::CountsDown);
+                is_step && change.tally.is_some_and(comes_to)
             })
         };
         let mut counting = self.assigning(place).peekable();

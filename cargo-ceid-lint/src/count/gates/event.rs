@@ -92,6 +92,10 @@ fn says_event(name: &str) -> bool {
     name.eq_ignore_ascii_case("ev") || contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
 }
 
+/// Methods that take down a flag and answer whether it was up.
+pub(super) const TAKES: &[&str] =
+    &["swap", "take", "replace", "compare_exchange", "compare_exchange_weak", "fetch_and"];
+
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
     pub(super) fn is_event(&self, test: &Test) -> bool {
@@ -460,11 +464,13 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let sources = self.behind(test);
         let asks = |name: &str| sources.calls.iter().any(|call| call == name);
-        let takes = ["swap", "take", "replace", "compare_exchange", "compare_exchange_weak", "fetch_and"];
         let is_truth = |place: &Place| self.ty(place).is_some_and(|ty| inner(&ty) == Ty::Bool);
         let is_locked = |place: &Place| self.is_locked(place) && is_truth(place);
         let looks = asks("load") || asks("get") || test.about.reads.iter().any(is_locked);
-        if !looks && !takes.iter().any(|name| asks(name)) {
+        if self.takes_flag_in_helper(&sources) {
+            return true;
+        }
+        if !looks && !TAKES.iter().any(|name| asks(name)) {
             return false;
         }
         sources.places.iter().any(|place| {

@@ -10,23 +10,27 @@ impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
     pub(super) fn is_latch(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let graph = self.search.graph;
-        let [asked] = test.about.reads.as_slice() else { return false };
-        let place = &self.copied_from(asked);
+        let Some(place) = &self.latch_asked(test) else { return false };
         if !self.outlives(place) {
             return false;
         }
         let Some(given) = self.heads_by_calls(place) else { return false };
         let mut heads: Vec<&str> = given.into_iter().map(String::as_str).collect();
         let mut computed: Vec<NodeId> = Vec::new();
+        // A number is replaced with all its bits.
+        let is_owned = |write: &Assignment| self.is_number(&write.place);
         let replaces_owner = |write: &Assignment| {
-            !write.rebinds && write.place.base == place.base && place.steps.starts_with(&write.place.steps)
+            (!write.rebinds || is_owned(write))
+                && write.place.base == place.base
+                && place.steps.starts_with(&write.place.steps)
         };
         for id in self.nodes() {
             let effect = &graph.node(id).effect;
             if let Effect::Write(write) | Effect::Set(write) = effect
                 && (write.place == *place
                     || self.renews(id, place)
-                    || matches!(effect, Effect::Write(_)) && replaces_owner(write))
+                    || matches!(effect, Effect::Write(_)) && replaces_owner(write)
+                    || write.place.steps.len() < place.steps.len() && replaces_owner(write))
             {
                 match &write.head {
                     Some(head) => heads.push(head),
@@ -73,17 +77,32 @@ impl Gates<'_, '_> {
         Some(heads)
     }
 
+    /// The place whose value is asked for: also the one that a helper gives which is read here,
+    /// `fn is_started(&mut self, x: f32) -> bool { if x > 1.0 { self.started = true; } self.started }`.
+    fn latch_asked(&self, test: &Test) -> Option<Place> {
+        let whole = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let asked = match test.about.reads.as_slice() {
+            [asked] => asked,
+            _ => whole?,
+        };
+        let given = self.copied_from(asked);
+        // Of an object that is asked by a method, the field that this gives.
+        let is_field = |field: &Place| field.base == given.base && field.steps.starts_with(&given.steps);
+        let field = whole.map(|whole| self.copied_from(whole)).filter(is_field);
+        Some(field.unwrap_or(given))
+    }
+
     /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.
     pub(super) fn of_latch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
-        let (Some(id), [asked]) = (test.subject, test.about.reads.as_slice()) else { return Some(Gate::Startup) };
+        let (Some(id), Some(place)) = (test.subject, self.latch_asked(test)) else { return Some(Gate::Startup) };
         let subject = &graph.subjects[id.0 as usize];
         let open = self.heads_past(test, at, way).iter().fold(0, |open, head| open | subject.bit(head));
-        match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
+        match self.taken_back_elsewhere(subject, &place, open) {
             TakenBack::Never => Some(Gate::Startup),
             TakenBack::WithReset => Some(Gate::Mode),
             // Who opens it again resets the filter there.
-            TakenBack::Kept if self.opens_with_reset(id, &self.copied_from(asked), open) => Some(Gate::Mode),
+            TakenBack::Kept if self.opens_with_reset(id, &place, open) => Some(Gate::Mode),
             TakenBack::Kept => {
                 self.modes.borrow_mut().insert((id, None), false);
                 None

@@ -36,6 +36,7 @@ mod step;
 mod time;
 mod told;
 mod warm_up;
+mod window;
 mod writes;
 
 use std::cell::{OnceCell, RefCell};
@@ -44,7 +45,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) use helper::Asks;
 pub(super) use kept::KeptMode;
 pub(super) use resumed::set_without_reset;
-pub(super) use sample::fed_params;
+pub(super) use sample::fed_from;
 use signals::Signals;
 use sources::{Assignments, Sources, contains_any};
 pub(super) use step::measured_by;
@@ -303,6 +304,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
         }
+        if let Some(gate) = self.of_window(test, at, way) {
+            return Some(gate);
+        }
         if self.is_latch(test, at, way) {
             return self.of_latch(test, at, way);
         }
@@ -312,7 +316,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) || self.asks_tag(test) {
             return Some(Gate::Event);
         }
-        if self.asks_kept_option(test) || self.asks_kept_part(test) {
+        if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
             return Some(Gate::Config);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {

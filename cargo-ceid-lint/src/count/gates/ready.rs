@@ -1,7 +1,10 @@
 //! Questions to what gives the sample: whether it is complete, filled, or there at all.
 
+use std::collections::BTreeSet;
+
 use super::sample::has_word;
 use super::{Gates, Way};
+use crate::count::cycles::named;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 
@@ -177,27 +180,68 @@ impl Gates<'_, '_> {
 
     /// `if adc.read_into(&mut sample) { f.update(sample) }`: what the call writes is the sample.
     pub(super) fn fills_sample(&self, test: &Test) -> bool {
-        let graph = self.search.graph;
         let about = &test.about;
-        let is_filled = |place: &Place| {
-            let is_unseen = |id: NodeId| {
-                let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
-                is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
-            };
-            // `let mut buffer = [0; 4];`
-            let is_declared =
-                |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
-            let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
-            let mut filled = filled.peekable();
-            let is_filled = filled.peek().is_some() && filled.all(is_unseen);
-            (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
-        };
         if let Some(computed) = self.kept_answer(test) {
             let is_plain = |place: &&Place| matches!(self.ty(place), Some(Ty::Int | Ty::Float));
             let mut plain = computed.places.iter().filter(is_plain).peekable();
-            return plain.peek().is_some() && plain.all(is_filled);
+            return plain.peek().is_some() && plain.all(|place| self.is_filled_to_feed(place));
         }
-        !about.is_combined && !about.lent.is_empty() && about.lent.iter().all(is_filled)
+        !about.is_combined && !about.lent.is_empty() && about.lent.iter().all(|place| self.is_filled_to_feed(place))
+            || self.fills_by_number(test)
+    }
+
+    /// Whether what a place holds is written by what it is lent to, and fed.
+    fn is_filled_to_feed(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let is_unseen = |id: NodeId| {
+            let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
+            is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
+        };
+        // `let mut buffer = [0; 4];`
+        let is_declared =
+            |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
+        let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
+        let mut filled = filled.peekable();
+        let is_filled = filled.peek().is_some() && filled.all(is_unseen);
+        (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
+    }
+
+    /// `let n = port.read(&mut frame); if n == 0 { continue; }`, `if adc.read_into(&mut sample) != 0 { continue; }`: the call that
+    /// fills the sample tells by a number how much of it there is, or whether there is any.
+    fn fills_by_number(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let about = &test.about;
+        let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
+        let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
+        if about.numbers.len() != 1 || about.is_masked || about.is_remainder {
+            return false;
+        }
+        if !about.lent.is_empty() {
+            let is_asked = |place: &Place| !is_plain(place) || about.lent.contains(place);
+            return about.reads.iter().all(is_asked) && about.lent.iter().all(|place| self.is_filled_to_feed(place));
+        }
+        let [number] = about.reads.as_slice() else { return false };
+        let is_number = matches!(self.ty(number), None | Some(Ty::Int | Ty::Unknown));
+        let var = number.base_var().filter(|_| number.steps.is_empty() && is_number && !self.outlives(number));
+        let Some(computed) = var.and_then(|var| graph.computed.get(&var)) else { return false };
+        let wraps = |name: &String| name.starts_with("unwrap") || matches!(name.as_str(), "expect" | "ok" | "map_err");
+        let calls: BTreeSet<&String> = computed.calls.iter().filter(|name| !wraps(name)).collect();
+        // What the standard library fills, as `read` does, is computed from what it is called on.
+        let is_from_call = |place: &Place| {
+            let made = place.base_var().and_then(|var| graph.computed.get(&var));
+            let is_made = made.is_some_and(|made| made.calls.iter().any(|name| calls.contains(name)));
+            is_made && self.fed().places.iter().any(|other| other.overlaps(place))
+        };
+        // The device itself is asked for more than samples.
+        let is_buffer = |place: &Place| {
+            let ty = self.ty(place);
+            let ty = ty.as_ref().map(Ty::peel);
+            ty.is_some_and(|ty| matches!(ty, Ty::Int | Ty::Float) || crate::types::item_of(ty).is_some())
+        };
+        let is_filled = |place: &Place| {
+            place != number && is_buffer(place) && (self.is_filled_to_feed(place) || is_from_call(place))
+        };
+        about.names.iter().all(is_constant) && calls.len() == 1 && named(&computed.places).into_iter().any(is_filled)
     }
 
     /// A readiness test of the very object that the fed sample is read from.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Sources, Way};
 use crate::count::cycles::named;
-use crate::count::given::place_of;
+use crate::count::given::{Given, given, place_of};
 use crate::count::search::{Region, Search};
 use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
@@ -12,12 +12,16 @@ use crate::index::Ty;
 /// How many filters are followed that stand before another one: `b.update(a.value())`.
 const MAX_CHAIN: usize = 16;
 
-/// The parameters of a function from which its filter is fed.
-pub(in crate::count) fn fed_params(search: &Search<'_>) -> BTreeSet<usize> {
+/// The parameters of a function from which its filter is fed, and the objects in them.
+pub(in crate::count) fn fed_from(search: &Search<'_>) -> (BTreeSet<usize>, BTreeSet<Given>) {
     let gates = Gates::new(search, Region::Function);
     let places = &gates.fed().places;
     let params = places.iter().filter_map(Place::base_var).filter_map(|var| search.graph.var(var).param);
-    params.collect()
+    let is_object = |place: &Place| {
+        !place.steps.is_empty() && !matches!(gates.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char))
+    };
+    let objects = places.iter().cloned().chain(gates.fed_in_helpers()).filter(is_object);
+    (params.collect(), objects.filter_map(|place| given(search.graph, &place)).collect())
 }
 
 impl Gates<'_, '_> {
@@ -131,6 +135,23 @@ impl Gates<'_, '_> {
                 extend(fed, &arg.from);
             }
         }
+    }
+
+    /// The objects from which functions feed the filter that get it together with them: `self.service()`.
+    pub(super) fn fed_in_helpers(&self) -> Vec<Place> {
+        let mut objects = Vec::new();
+        for id in self.nodes() {
+            let Effect::Call(site) = &self.search.graph.node(id).effect else { continue };
+            if site.law_of.is_some() || !self.concerns(site) {
+                continue;
+            }
+            for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
+                let own = |filter: &Given| place_of(filter, site).is_some_and(|place| self.is_instance(&place));
+                let fed = summary.feeds_from.iter().filter(|(filter, _)| own(filter)).flat_map(|(_, from)| from);
+                objects.extend(fed.filter_map(|from| place_of(from, site)));
+            }
+        }
+        objects
     }
 
     /// Whether something that is fed is computed from one of these variables.

@@ -181,18 +181,18 @@ impl Gates<'_, '_> {
 
     /// Whether an option is asked for that was made before the loop and stays as it is: `if let Some(limit) = limit { … }`.
     pub(super) fn asks_kept_option(&self, test: &Test) -> bool {
-        let is_local = |place: &Place| {
-            place.steps.is_empty()
-                && place.base_var().is_some_and(|var| {
-                    let info = self.search.graph.var(var);
-                    info.param.is_none() && !info.name.is_empty()
-                })
+        let is_kept = |place: &Place| {
+            place.base_var().is_some_and(|var| {
+                let info = self.search.graph.var(var);
+                let is_field = info.name == "self" && self.outlives(place);
+                if place.steps.is_empty() { info.param.is_none() && !info.name.is_empty() } else { is_field }
+            })
         };
         matches!(self.region, Region::Loop(_))
             && test.about.is_presence
             && test.about.names.is_empty()
             && test.subject.is_some()
-            && test.about.reads.iter().all(is_local)
+            && test.about.reads.iter().all(is_kept)
             && self.is_unchanging(test)
     }
 
@@ -216,14 +216,14 @@ impl Gates<'_, '_> {
     /// Whether a place has one value for all iterations, or is a variable of the iteration that is computed from such places and
     /// from nothing else: `let is_on = settings.is_on;`
     pub(super) fn is_invariant(&self, place: &Place, copies: u32) -> bool {
-        if self.is_setting(place) {
+        if self.is_setting(place) || self.is_set_once(place) {
             return true;
         }
         let graph = self.search.graph;
         let Some(var) = place.base_var().filter(|var| copies < MAX_COPIES && !graph.handed.contains(var)) else {
             return false;
         };
-        if graph.constants.contains(&var) {
+        if graph.constants.contains(&var) || self.is_entry_beside(place) {
             return true;
         }
         let whole = Place::var(var);
@@ -262,6 +262,40 @@ impl Gates<'_, '_> {
                     .iter()
                     .all(|from| is_owner(from) || (is_plain(from) && self.is_invariant(from, copies + 1)))
         })
+    }
+
+    /// Whether a place is a part of what a static holds that is set once: `if let Some(config) = CONFIG.get() && config.is_on`.
+    fn is_set_once(&self, place: &Place) -> bool {
+        let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+        computed.is_some_and(|from| self.comes_of_once(&from.places, &from.calls))
+    }
+
+    /// Whether it is asked whether such a static is set.
+    pub(super) fn asks_whether_set(&self, test: &Test) -> bool {
+        test.about.is_presence && self.comes_of_once(&test.about.reads, &test.about.names)
+    }
+
+    fn comes_of_once(&self, places: &[Place], calls: &[String]) -> bool {
+        let is_once = |from: &Place| {
+            let held = self.declared(from).filter(|_| matches!(from.base, Base::Static(_)));
+            held.is_some_and(|ty| matches!(ty.external_name(), Some("OnceLock" | "OnceCell" | "LazyLock" | "Lazy")))
+        };
+        let hands_out = |name: &String| matches!(name.as_str(), "get" | "unwrap" | "expect" | "as_ref");
+        !places.is_empty() && places.iter().all(is_once) && calls.iter().all(hands_out)
+    }
+
+    /// Whether a place is the entry of a constant table that goes along with the element which the filter is, or a part of it:
+    /// `for (filter, is_on) in bank.iter_mut().zip(IN_USE)`.
+    fn is_entry_beside(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let Some(item) = self.taken_from(place).base_var() else { return false };
+        let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
+        let is_table =
+            |from: &Computed| from.places.is_empty() && !from.calls.is_empty() && from.calls.iter().all(is_constant);
+        (0u32..).zip(&graph.loops).any(|(number, info)| {
+            let id = LoopId(number);
+            info.bound.contains(&item) && self.region != Region::Loop(id) && self.search.covers(id)
+        }) && graph.computed.get(&item).is_some_and(is_table)
     }
 
     /// Whether a name is there before the iteration, as one for what the iteration locks is not.

@@ -1,9 +1,11 @@
 //! What functions of the analysed code answer that a condition asks: how old something is, or how far it has counted.
 
+use super::event::TAKES;
 use super::sources::Sources;
 use super::time::is_clock;
 use super::{Gates, Way};
-use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Told, told};
+use crate::count::given::place_of;
+use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Test, Told, told};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::Receiver;
 
@@ -81,14 +83,56 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a readiness test and what is fed come from one object, of which a helper asks or reads:
-    /// `if self.imu.ready() { let rate = self.rate(); f.update(rate) }`, `if self.is_ready() { f.update(self.imu.read()) }`.
+    /// `if self.imu.ready() { let rate = self.rate(); f.update(rate) }`, `if self.is_ready() { f.update(self.imu.read()) }`,
+    /// `if self.imu.ready() { self.service(); }`.
     pub(super) fn is_asked_by_helper(&self, asked: &Computed) -> bool {
-        let given = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        let mut given = self.fields_given(self.fed(), |receiver| receiver.is_some());
+        given.extend(self.fed_in_helpers());
         let is_read = |place: &Place| given.contains(place) || self.fed().places.contains(place);
         let owner = |site: &CallSite| site.args.first().and_then(|arg| arg.place.clone());
         let mut told = self.answers(asked).into_iter().filter_map(|(site, told)| Some((owner(site)?, told)));
         asked.places.iter().any(|place| given.contains(place))
             || told.any(|(owner, told)| told.fields.iter().any(|name| is_read(&owner.field(name))))
+    }
+
+    /// `fn is_due(&self) -> bool { DUE.swap(false, Ordering::AcqRel) }`: a function answers whether a flag was up that it takes down, and
+    /// that nothing raises in the cycle.
+    pub(super) fn takes_flag_in_helper(&self, sources: &Sources) -> bool {
+        let (graph, index) = (self.search.graph, self.search.program.index);
+        let takes = |target: FunctionId| {
+            let def = index.function(target);
+            let body = def.function.body.as_ref().filter(|body| body.exprs.len() <= MAX_EXPRESSIONS);
+            let takes = |body| told(body).calls.iter().any(|name| TAKES.contains(&name.as_str()));
+            body.filter(|body| sources.calls.contains(&def.name) && takes(body))
+        };
+        let writes = |id: NodeId| match &graph.node(id).effect {
+            Effect::Write(write) if self.is_flag(&write.place) => Some((write.place.clone(), write.head.clone())),
+            _ => None,
+        };
+        let is_raised = |flag: &Place| {
+            let mut written = self.nodes().filter_map(writes);
+            written.any(|(place, head)| place == *flag && head.as_deref() != Some("false"))
+        };
+        let are_taken = |flags: Vec<(Place, Option<Head>)>| {
+            let is_down = |(flag, head): &(Place, Option<Head>)| head.as_deref() == Some("false") && !is_raised(flag);
+            !flags.is_empty() && flags.iter().all(is_down)
+        };
+        // A small function is read where it is called.
+        let is_read = graph.read_here.iter().filter_map(|target| takes(*target)).any(|body| {
+            let whole = body.expr(body.root).span;
+            are_taken(self.nodes().filter(|id| whole.contains(graph.node(*id).span)).filter_map(writes).collect())
+        });
+        is_read
+            || self.nodes().any(|id| {
+                let Effect::Call(site) = &graph.node(id).effect else { return false };
+                let [target] = site.targets.as_slice() else { return false };
+                let Some(summary) = self.search.summaries.get(*target).filter(|_| takes(*target).is_some()) else {
+                    return false;
+                };
+                let sets =
+                    summary.sets.iter().filter_map(|(given, head, _)| Some((place_of(given, site)?, head.clone())));
+                are_taken(sets.filter(|(place, _)| self.is_flag(place)).collect())
+            })
     }
 
     fn fields_given(&self, sources: &Sources, is_asked: impl Fn(Option<&Receiver>) -> bool) -> Vec<Place> {

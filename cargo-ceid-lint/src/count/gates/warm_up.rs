@@ -47,8 +47,10 @@ impl Gates<'_, '_> {
         };
         let left = Some(Place::var(*left));
         let counts = |id: NodeId| self.assigns(id, place) && self.search.graph.copied(id) == left;
+        // `match tick.checked_add(1) { Some(next) => tick = next, None => { tick = 0; … } }`
+        let is_step = name == "checked_sub" || begins_anew && name == "checked_add";
         about.is_presence
-            && name == "checked_sub"
+            && is_step
             && self.outlives(place)
             && self.assigning(place).any(|id| !counts(id)) == begins_anew
             && self.assigning(place).all(|id| counts(id) || self.is_set_back(id, place) && !way.nodes.contains(&id))

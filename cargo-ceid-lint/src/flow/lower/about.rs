@@ -2,18 +2,65 @@
 
 use super::Builder;
 use super::received::received_by;
-use crate::flow::{About, Var};
+use crate::flow::{About, AskedLength, LengthBound, Place, Var};
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatKind, Path, StmtKind, TypeRef};
-use crate::types::LocalId;
+use crate::types::{Callee, LocalId};
+
+/// The operators that compare, with what they are where the sides change places.
+const COMPARISONS: &[(&str, &str)] = &[("<", ">"), ("<=", ">="), (">", "<"), (">=", "<="), ("==", "=="), ("!=", "!=")];
 
 impl Builder<'_> {
     /// What a condition reads and calls, for telling gates.
     pub(super) fn about(&mut self, id: ExprId) -> About {
         let (constant, constant_of) = (self.written_out(id), self.constant_of_param(id));
-        let mut about = About { constant, constant_of, ..About::default() };
+        let length = self.asked_length(id).map(Box::new);
+        let mut about = About { constant, constant_of, length, ..About::default() };
         self.collect_about(id, &mut about, 0);
         about
+    }
+
+    /// The length of a collection that a condition compares: `self.window.len() < 8`, `queue.is_empty()`.
+    fn asked_length(&mut self, id: ExprId) -> Option<AskedLength> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Binary { op, lhs, rhs } => {
+                let (op, turned) = COMPARISONS.iter().find(|(known, _)| known == op)?;
+                let (of, op, other) = match (self.measured(*lhs), self.measured(*rhs)) {
+                    (Some(of), None) => (of, *op, *rhs),
+                    (None, Some(of)) => (of, *turned, *lhs),
+                    _ => return None,
+                };
+                let bound = match (self.number(other), self.static_place(other), &body.expr(other).kind) {
+                    (Some(number), ..) => LengthBound::Number(number),
+                    (None, Some(place), _) => LengthBound::Held(place),
+                    (None, None, ExprKind::Path(path)) => LengthBound::Constant(path.text()),
+                    _ => return None,
+                };
+                Some(AskedLength { of, op, bound })
+            }
+            ExprKind::MethodCall { receiver, method, .. } if method == "is_empty" && !self.is_own_call(id) => {
+                let of = self.static_place(*receiver)?;
+                Some(AskedLength { of, op: "==", bound: LengthBound::Number(0) })
+            }
+            _ => None,
+        }
+    }
+
+    /// The collection whose length an expression is.
+    fn measured(&mut self, id: ExprId) -> Option<Place> {
+        match &self.body().expr(id).kind {
+            ExprKind::Cast { value, .. } => self.measured(*value),
+            ExprKind::MethodCall { receiver, method, args, .. } if method == "len" && args.is_empty() => {
+                if self.is_own_call(id) { None } else { self.static_place(*receiver) }
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a call runs a function of the analysed code.
+    fn is_own_call(&self, id: ExprId) -> bool {
+        matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
     }
 
     /// The truth value of a constant whose value is a literal.

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use rustc_hash::FxHashSet;
 
 use super::{Builder, Value};
-use crate::flow::IndexKey;
+use crate::flow::{Effect, IndexKey, NodeId, Resized};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
 use crate::types::{LocalId, TypedBody};
 
@@ -82,7 +82,9 @@ impl Builder<'_> {
     /// The same for what a method of the standard library lends, or writes itself: `flags.iter_mut()`, `flags.reverse()`.
     pub(super) fn note_lent_by(&mut self, receiver: ExprId, method: &str) {
         if method.ends_with("_mut") {
+            let first = self.graph.nodes.len();
             self.note_lent(receiver);
+            self.note_resized(first, receiver, method, &[]);
             return;
         }
         let is_in_place = matches!(method, "reverse" | "fill" | "swap" | "rotate_left" | "rotate_right" | "sort")
@@ -96,6 +98,39 @@ impl Builder<'_> {
         {
             // Which elements change is not known; what they belong to is still the same.
             self.written_unseen(place.element(IndexKey::Data(method.into())), self.span(receiver));
+        }
+    }
+
+    /// Notes what a method does to the length of a collection, of which it is known since a node that the method writes it.
+    pub(super) fn note_resized(&mut self, first: usize, receiver: ExprId, method: &str, args: &[ExprId]) {
+        // What a map holds by then is not known.
+        let Some(at) = self.at.filter(|_| !super::sources::is_map(self.ty(receiver).peel())) else { return };
+        let Some(collection) = self.static_place(receiver) else { return };
+        let writes =
+            |id: NodeId| matches!(&self.graph.node(id).effect, Effect::Write(write) if write.place == collection);
+        let mut writing: Vec<NodeId> = (u32::try_from(first).unwrap_or(u32::MAX)..at.0).map(NodeId).collect();
+        writing.retain(|id| writes(*id));
+        if !writes(at) {
+            return;
+        }
+        let resized = match (method, args) {
+            ("drain", [range]) => self.drained_length(*range),
+            ("truncate", [number]) => self.number(*number).map(Resized::HeldAt),
+            ("insert", [_, _]) => Some(Resized::Grows),
+            _ => Resized::by(method),
+        };
+        let Some(resized) = resized else { return };
+        self.graph.resized.insert(at, resized);
+        self.graph.resized.extend(writing.into_iter().map(|id| (id, Resized::Kept)));
+    }
+
+    /// What taking a range out of a collection does to its length: `frame.drain(..4)`.
+    fn drained_length(&mut self, range: ExprId) -> Option<Resized> {
+        let ExprKind::Range { start, end, inclusive } = self.body().expr(range).kind else { return None };
+        let first = start.map_or(Some(0), |start| self.number(start))?;
+        match end {
+            None => Some(if first == 0 { Resized::Emptied } else { Resized::HeldAt(first) }),
+            Some(end) => Some(Resized::Shrinks((self.number(end)? + u64::from(inclusive)).saturating_sub(first))),
         }
     }
 

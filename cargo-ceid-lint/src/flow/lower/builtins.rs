@@ -270,7 +270,7 @@ impl Builder<'_> {
             {
                 self.map_payload(id, receiver, method, args, value)
             }
-            "then" | "then_some" if *self.ty(receiver) == Ty::Bool => {
+            "then" | "then_some" if *self.ty(receiver).peel() == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure.filter(|_| self.is_guard(id)) {
                     return Some(self.guard_if_true(id, value, receiver, closure));
@@ -307,6 +307,12 @@ impl Builder<'_> {
             "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {
                     self.expr(*arg);
+                }
+                if method == "get_disjoint_mut"
+                    && self.may_hold_filter(self.ty(receiver))
+                    && let Some(lent) = self.lent_disjoint(id, args, value)
+                {
+                    return Some(lent);
                 }
                 if let Some(place) = &value.place
                     && self.may_hold_filter(self.ty(receiver))

@@ -82,6 +82,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        let first = self.graph.nodes.len();
         let value = self.method_value(id, receiver, method, args);
         self.note_filled_by(receiver, method, args);
         if value.same_as.is_some() && self.option_taken(id).is_some() {
@@ -97,6 +98,7 @@ impl Builder<'_> {
             let is_filled = method.starts_with("get_or_insert") && self.is_optional(receiver) && value.place.is_some();
             if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from") || is_filled) {
                 self.note_lent(receiver);
+                self.note_resized(first, receiver, method, args);
             }
             // What was taken out is no longer what is asked for by the receiver's name.
             return Value { place: None, same_as: None, head: None, ..value };

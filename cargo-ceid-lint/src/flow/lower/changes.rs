@@ -40,7 +40,12 @@ impl Builder<'_> {
         };
         let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();
         let about = is_asked.then(|| Box::new(self.about(value)));
-        let goes_round = kind == ChangeKind::CountsUp && self.goes_round(target, value);
+        let goes_round = match kind {
+            ChangeKind::CountsUp => self.goes_round(target, value),
+            // Nobody takes one from nothing but to come round.
+            ChangeKind::CountsDown => self.is_wrapped(value) && self.goes_round(target, value),
+            _ => false,
+        };
         let tally = self.tally(target, value, op);
         self.graph.changes.insert(at, Change { computed, kind, goes_round, about, tally });
     }
@@ -111,8 +116,12 @@ impl Builder<'_> {
     /// Whether a count that goes up in a small number is not held where that ends.
     fn goes_round(&self, target: ExprId, value: ExprId) -> bool {
         let is_small = |int: String| matches!(int.trim_start_matches(['u', 'i']), "8" | "16");
-        let is_held = matches!(&self.body().expr(value).kind, ExprKind::MethodCall { method, .. } if !method.starts_with("wrapping"));
-        !is_held && self.int_of(target).is_some_and(is_small)
+        let is_method = matches!(self.body().expr(value).kind, ExprKind::MethodCall { .. });
+        (!is_method || self.is_wrapped(value)) && self.int_of(target).is_some_and(is_small)
+    }
+
+    fn is_wrapped(&self, value: ExprId) -> bool {
+        matches!(&self.body().expr(value).kind, ExprKind::MethodCall { method, .. } if method.starts_with("wrapping"))
     }
 
     /// Notes that the last node gives a place the value of an expression: `mem::replace(&mut last, now)`.

@@ -74,6 +74,22 @@ impl Builder<'_> {
         Value { place: Some(Place::var(parts)), is_owned: true, ..Value::default() }
     }
 
+    /// `bank.get_disjoint_mut([0, 2])`: the elements of these numbers; `None` if one of them is not written out.
+    pub(super) fn lent_disjoint(&mut self, id: ExprId, args: &[ExprId], value: &Value) -> Option<Value> {
+        let ([numbers], Some(bank)) = (args, value.place.clone()) else { return None };
+        let ExprKind::Array { elements, is_vec: false } = &self.body().expr(*numbers).kind else { return None };
+        let numbers: Vec<u64> = elements.iter().map(|number| self.number(*number)).collect::<Option<_>>()?;
+        let span = self.span(id);
+        let parts = self.temporary(self.ty(id).clone(), span);
+        // What they were in an earlier round is forgotten.
+        self.set(parts, &Value::default(), span);
+        for (at, number) in (0u64..).zip(numbers) {
+            let part = Place::var(parts).element(IndexKey::Number(at));
+            self.lend(part, bank.element(IndexKey::Number(number)), id);
+        }
+        Some(Value { place: Some(Place::var(parts)), ..Value::default() })
+    }
+
     fn lend(&mut self, place: Place, from: Place, at: ExprId) {
         let set = Assignment {
             place,

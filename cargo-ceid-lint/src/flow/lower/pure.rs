@@ -5,7 +5,7 @@ use super::reading::{chooses, computes, only_reads};
 use super::subjects::{Pure, lends_payload, place_key, pure_place};
 use crate::flow::Place;
 use crate::flow::asked::OF_FUNCTION;
-use crate::index::{Def, Ty};
+use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{Closure, ExprId, ExprKind, Path, TypeRef};
 use crate::types::{Callee, LocalId};
 
@@ -206,12 +206,57 @@ impl Builder<'_> {
                 self.pure_setting(*receiver)
             }
             ExprKind::MethodCall { receiver, method, .. }
-                if method == "get" && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
+                if matches!(method.as_str(), "get" | "get_or_init")
+                    && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
             {
                 self.pure(id)
             }
+            // `config().is_on`
+            ExprKind::Call { args, .. } if args.is_empty() => {
+                let target = self.only_target(id).filter(|target| self.hands_out_setting(*target))?;
+                Some(Pure { key: format!("{target:?}()"), ..Pure::default() })
+            }
             _ => None,
         }
+    }
+
+    /// The name of a table that is a constant, or a static that nobody changes.
+    pub(super) fn constant_table(&mut self, id: ExprId) -> Option<String> {
+        let ExprKind::Path(path) = &self.body().expr(id).kind else { return None };
+        let is_value = matches!(self.typed().expr_def.get(&id), Some(Def::Value(_)));
+        let pure = self.pure_path(id, path).filter(|pure| is_value && pure.reads.is_empty());
+        pure.map(|_| path.last().to_owned())
+    }
+
+    /// Whether a function does nothing but lend a static that nobody changes, or what was put into one once:
+    /// `fn config() -> &'static Config { CONFIG.get_or_init(Config::read) }`.
+    fn hands_out_setting(&self, target: FunctionId) -> bool {
+        let Some(body) = &self.program.index.function(target).function.body else { return false };
+        let Some(typed) = self.program.typed(target) else { return false };
+        let is_once = |id: ExprId| self.holds_plain_value(typed.ty(id), &["OnceLock", "OnceCell", "LazyLock", "Lazy"]);
+        let mut at = body.root;
+        loop {
+            at = match &body.expr(at).kind {
+                ExprKind::Block(block) if block.stmts.is_empty() => match block.tail {
+                    Some(tail) => tail,
+                    None => return false,
+                },
+                ExprKind::Reference { value, mutable: false, .. } | ExprKind::Deref(value) => *value,
+                ExprKind::MethodCall { receiver, method, .. } if matches!(method.as_str(), "unwrap" | "expect") => {
+                    *receiver
+                }
+                ExprKind::MethodCall { receiver, method, .. }
+                    if matches!(method.as_str(), "get" | "get_or_init") && is_once(*receiver) =>
+                {
+                    *receiver
+                }
+                ExprKind::Path(_) => break,
+                _ => return false,
+            };
+        }
+        let Some(Def::Value(value)) = typed.expr_def.get(&at) else { return false };
+        let is_changed = self.program.index.value(*value).item.is_mutable;
+        !is_changed && (is_once(at) || self.program.index.is_plain(typed.ty(at)))
     }
 
     /// A field of what a cell holds: `self.state.borrow().mode`.
@@ -322,9 +367,14 @@ impl Builder<'_> {
 
     /// Whether something is of a type whose plain value is made at the first use.
     fn is_made_once(&self, id: ExprId, names: &[&str]) -> bool {
-        match self.ty(id).peel() {
+        self.holds_plain_value(self.ty(id), names)
+    }
+
+    /// Whether a type is one of these, and holds a plain value.
+    fn holds_plain_value(&self, ty: &Ty, names: &[&str]) -> bool {
+        match ty.peel() {
             Ty::External(_, args) => {
-                self.ty(id).peel().external_name().is_some_and(|name| names.contains(&name))
+                ty.peel().external_name().is_some_and(|name| names.contains(&name))
                     && args.first().is_some_and(|value| self.program.index.is_plain(value))
             }
             _ => false,

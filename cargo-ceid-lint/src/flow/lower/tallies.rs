@@ -55,6 +55,7 @@ impl Builder<'_> {
                 let step = self.number(*step)?;
                 match method.as_str() {
                     "wrapping_add" => Some(Tally { may_be_less: true, ..by(true, step) }),
+                    "wrapping_sub" => Some(Tally { may_be_less: true, ..by(false, step) }),
                     "saturating_add" => Some(by(true, step)),
                     "saturating_sub" => {
                         let tally = by(false, step);

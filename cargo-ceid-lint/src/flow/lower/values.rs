@@ -46,6 +46,8 @@ impl Builder<'_> {
                 last = tail;
             }
             self.note_copy(last);
+        } else if self.graph.var(join.value).ty == Ty::Bool {
+            self.note_copied_part(join.value, value);
         }
         self.join_parts(value, join.value, span);
         self.note_choice(join.value, before);

@@ -100,7 +100,12 @@ impl Builder<'_> {
         source.text = self.text(id);
         source.reads = self.reads_of(id);
         if matches!(source.item, Item::Opaque) {
-            source.item = Item::Drawn(source.reads.clone(), self.computed_from(id));
+            let mut computed = self.computed_from(id);
+            // A table that is a constant.
+            if computed.places.is_empty() && computed.calls.is_empty() {
+                computed.calls.extend(self.constant_table(id));
+            }
+            source.item = Item::Drawn(source.reads.clone(), computed);
         }
         source
     }
@@ -535,6 +540,11 @@ impl Builder<'_> {
                 for arg in args {
                     self.expr(*arg);
                 }
+                if method == "drain" {
+                    let first = self.graph.nodes.len();
+                    self.note_lent(receiver);
+                    self.note_resized(first, receiver, method, args);
+                }
                 Source { drains: method == "drain", ..Source::bounded() }
             }
             "iter_from" | "incoming" | "try_iter" | "recv_iter" => {
@@ -632,7 +642,9 @@ impl Builder<'_> {
         if matches!(stops, Stops::Anywhere | Stops::AndTells(_)) {
             self.note_advanced(receiver);
         }
-        let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") || picks_one(method);
+        let rebuilt = matches!(method, "collect" | "collect_vec").then(|| self.rebuilt(receiver, &source)).flatten();
+        let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") && rebuilt.is_none()
+            || picks_one(method);
         if let (true, Item::Element(collection)) = (gathers, &source.item) {
             // The references to the elements go into another collection.
             self.graph.lent_away.insert(collection.clone());
@@ -669,7 +681,7 @@ impl Builder<'_> {
                 Value { place: Some(place), is_owned: true, same_as: Some(told), ..Value::default() }
             }
             _ if carried.is_some() => Value { place: carried, is_owned: true, ..Value::default() },
-            _ => mapped.unwrap_or(picked),
+            _ => mapped.or(rebuilt).unwrap_or(picked),
         })
     }
 
