@@ -159,7 +159,8 @@ impl Aliases {
 
     /// A place in a value in between is another name.
     fn name(&mut self, to: &Place, from: &Place) {
-        let Some(var) = to.base_var() else { return };
+        // What is given to itself only gets to be known better.
+        let Some(var) = to.base_var().filter(|_| to != from) else { return };
         let sources = self.sources.entry(var).or_default();
         let entry = (to.steps.clone(), from.clone());
         if !sources.contains(&entry) {

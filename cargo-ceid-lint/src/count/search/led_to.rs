@@ -31,16 +31,17 @@ impl Search<'_> {
         self.aliases.parts(from).iter().any(|(_, root)| self.is_among(std::slice::from_ref(root), false))
     }
 
-    /// Whether the instance is each of what the shared references in a collection of this function lead to, so that two of them may
-    /// lead to one filter: `let users: Vec<&Chip> = (0..2).map(|_| &chip).collect();`
+    /// Whether the instance is what the shared references in a collection of this function lead to, or in the elements of one, so that
+    /// two of them may lead to one filter: `let users: Vec<&Chip> = (0..2).map(|_| &chip).collect();`
     pub(in crate::count) fn is_behind_shared_references(&self) -> bool {
         let place = self.instance;
         let is_own = place.base_var().is_some_and(|var| self.graph.var(var).param.is_none());
-        let each = place.steps.iter().position(|step| step.key() == Some(&IndexKey::Each));
-        each.filter(|_| is_own).is_some_and(|at| {
-            let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
-            matches!(declared_ty(self.program.index, self.graph, &element), Some(Ty::Ref(false, _)))
-        })
+        let first = place.steps.iter().position(|step| step.key().is_some()).filter(|_| is_own);
+        let is_shared = |at: usize| {
+            let part = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+            matches!(declared_ty(self.program.index, self.graph, &part), Some(Ty::Ref(false, _)))
+        };
+        first.is_some_and(|first| (first..place.steps.len()).any(is_shared))
     }
 
     /// Whether elements that lead to the instance are put into a collection at several places, or in the rounds of a loop that is

@@ -318,6 +318,7 @@ impl Builder<'_> {
             }
             "first_mut" | "first" | "front_mut" if args.is_empty() => Value {
                 place: value.place.as_ref().map(|place| place.element(IndexKey::Number(0))),
+                head: self.has_elements(receiver).then(|| "+".to_owned()),
                 ..Value::default()
             },
             "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
@@ -326,7 +327,8 @@ impl Builder<'_> {
                     _ => None,
                 };
                 let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
-                Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
+                let head = self.has_elements(receiver).then(|| "+".to_owned());
+                Value { place: value.place.as_ref().map(|place| place.element(key)), head, ..Value::default() }
             }
             "peek" if self.may_look_ahead(receiver, value) => self.look_ahead(id, value),
             "next" | "next_back" | "nth"

@@ -357,6 +357,10 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        // What is surely there is asked for nothing: `if let Some(filter) = filters.first_mut()` behind `filters.push(…)`.
+        if matches!(&matched.pure, None if matched.value.head.as_deref() == Some("+") && heads == ["+"]) {
+            return;
+        }
         // A truth value is there, whichever it is.
         let is_truth = heads.iter().all(|head| head == "true" || head == "false");
         let is_presence = matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-");

@@ -3,7 +3,7 @@
 
 use super::sources::{Item, Source, is_map};
 use super::{Builder, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Transfer};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
@@ -179,7 +179,7 @@ impl Builder<'_> {
         Some(Source { item: Item::Element(drained), ..Source::bounded() })
     }
 
-    fn is_full_range(&self, args: &[ExprId]) -> bool {
+    pub(super) fn is_full_range(&self, args: &[ExprId]) -> bool {
         let kind = |arg: &ExprId| &self.body().expr(*arg).kind;
         matches!(args, [arg] if matches!(kind(arg), ExprKind::Range { start: None, end: None, .. }))
     }
@@ -217,13 +217,24 @@ impl Builder<'_> {
         }
         let drained = self.emptied_collection(Place::var(var), ty, self.span(popped));
         let item = Item::Element(drained);
-        let source = Source { item: item.clone(), text: self.text(popped), ..Source::bounded() };
+        let (is_filled, text) = (self.is_surely_entered(popped), self.text(popped));
+        let source = Source { item: item.clone(), is_filled, text, ..Source::bounded() };
         let inner = *inner;
         self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
             this.bind_item(this_loop, inner, &item, &value);
             this.expr(body);
         });
         true
+    }
+
+    /// Whether a variable refers to what refers to filters itself: `let slot = &mut self.slots[0];`
+    pub(super) fn refers_to_references(&self, var: Var) -> bool {
+        matches!(&self.graph.var(var).ty, Ty::Ref(true, inner) if self.program.index.refers_to_filters(inner))
+    }
+
+    /// Whether a value of the type is an option that refers to a filter, if there is one.
+    pub(super) fn is_option_of_references(&self, ty: &Ty) -> bool {
+        ty.external_name() == Some("Option") && self.program.index.refers_to_filters(ty)
     }
 
     /// Whether a value of the type is a collection whose elements refer to filters.
