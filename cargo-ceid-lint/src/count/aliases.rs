@@ -10,6 +10,7 @@ use super::called_place::CalledPlace;
 use super::given::{Given, may_match, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::moves;
+use super::referred;
 use super::search::Called;
 use super::shared_handles::shared_handles;
 use super::summary::Summaries;
@@ -123,6 +124,9 @@ impl Aliases {
                 Effect::Write(write) if write.rebinds || graph.pointed.contains(&id) => {
                     if let Some(from) = &write.from {
                         aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
+                        for other in referred::led_to(index, graph, &write.place) {
+                            aliases.add(index, graph, &other, from, write.transfer, node.in_loop);
+                        }
                     }
                 }
                 Effect::Call(site) => {

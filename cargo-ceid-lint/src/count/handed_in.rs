@@ -258,13 +258,14 @@ fn insert_behind(
     };
     let behind = add(graph, Effect::Nothing, next);
     let mut firsts = if is_certain { Vec::new() } else { vec![behind] };
+    let is_one_of_several = ways.len() > 1;
     for way in ways {
         let is_whole = matches!(way.parts.as_slice(), [(part, _)] if *part == to);
         let mut given: Vec<(Place, Option<Place>)> = Vec::new();
         if way.is_change && !is_whole {
             given.push((to.clone(), None));
         }
-        let is_lost = !is_certain && way.is_change && way.parts.is_empty();
+        let is_lost = (!is_certain || is_one_of_several) && way.is_change && way.parts.is_empty();
         given.extend(way.parts.into_iter().map(|(part, from)| (part, Some(from))));
         let mut first = behind;
         for (place, from) in given.into_iter().rev() {

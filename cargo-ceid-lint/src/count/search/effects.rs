@@ -99,7 +99,12 @@ impl Run<'_, '_> {
                     }
                 }
             }
-            if !applied && effect.heads != 0 {
+            let is_untold = |(_, outcomes): &(Place, Vec<Outcome>)| {
+                outcomes.iter().all(|outcome| outcome.returned == returned::ANY && outcome.assumed.is_empty())
+            };
+            // What a way gives back that says nothing of it, is what the function answers.
+            let is_answered = || !effect.answers.is_empty() && effect.outcomes.iter().all(is_untold);
+            if effect.heads != 0 && (!applied || is_answered()) {
                 states = self.answered(states, effect, site, before);
             }
             if !applied {

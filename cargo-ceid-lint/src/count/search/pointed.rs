@@ -4,8 +4,8 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::referred;
 use crate::flow::{Assignment, Cause, Effect, NodeId, Place, Relation, Var};
-use crate::index::Ty;
 
 /// How many references are followed that lead to one another.
 const MOST: usize = 8;
@@ -14,37 +14,19 @@ impl Search<'_> {
     /// The other places that a node gives another reference, where it does so through what refers to them: `*slot = Some(&mut lag)`; none
     /// if several may be meant.
     pub(super) fn led_to_by(&self, set: &Assignment, node: NodeId) -> Option<Vec<Place>> {
-        let is_pointed = self.graph.pointed.contains(&node);
+        if !self.graph.pointed.contains(&node) {
+            return Some(Vec::new());
+        }
         let mut found = Vec::new();
         let mut place = set.place.clone();
-        while let Some(var) = place.base_var().filter(|_| is_pointed && found.len() < MOST) {
-            let refers = |inner: &Ty| self.program.index.refers_to_filters(inner);
-            if !matches!(&self.graph.var(var).ty, Ty::Ref(true, inner) if refers(inner)) {
-                break;
-            }
-            match self.lent_as(var).as_slice() {
-                [] => break,
-                [from] if !from.stands_for_several() => place = from.join(&place.steps),
+        loop {
+            match referred::led_to(self.program.index, self.graph, &place).as_slice() {
+                [] => return Some(found),
+                [from] if !from.stands_for_several() && found.len() < MOST => place = from.clone(),
                 _ => return None,
             }
             found.push(place.clone());
         }
-        Some(found)
-    }
-
-    /// The places that a variable is made a reference to.
-    fn lent_as(&self, var: Var) -> Vec<Place> {
-        let whole = Place::var(var);
-        let given = self.graph.nodes.iter().filter_map(|node| match &node.effect {
-            Effect::Set(set) if set.place == whole => set.from.clone(),
-            _ => None,
-        });
-        let items = self.graph.loops.iter().flat_map(|info| &info.items);
-        let lent = items.filter(|(item, _)| *item == var).map(|(_, source)| source.clone());
-        let mut all: Vec<Place> = given.chain(lent).collect();
-        all.sort();
-        all.dedup();
-        all
     }
 
     /// Why another reference may be in the place of one to the instance, or in that of another: data says which.
@@ -96,7 +78,9 @@ impl Run<'_, '_> {
     pub(super) fn gone_from(&self, state: &State, set: &Assignment, renamed: &[Place]) -> Option<Cause> {
         let search = self.search;
         let is_gone = renamed.is_empty() && self.names.get(state.names).contains(search.instance);
-        let is_cycle = self.region != Region::Function && state.count == Count::Zero && !state.reset;
+        // Where there was none, or nothing would have updated it any more, nothing is lost.
+        let is_open = state.count == Count::Zero && !state.reset && state.skipped_at.is_none();
+        let is_cycle = self.region != Region::Function && is_open;
         (is_gone && is_cycle && search.points_elsewhere(state.node, set)).then(|| {
             let name = search.graph.place_name(search.program.index, search.instance);
             Cause::Code(format!("what `{name}` refers to"))

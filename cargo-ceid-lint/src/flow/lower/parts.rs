@@ -23,9 +23,11 @@ impl Builder<'_> {
         if !self.is_state(self.ty(expr)) {
             self.copy_parts(value, part, span);
             // Whether there is something in an answer, a pattern of the whole may ask.
-            if value.same_as.is_some() && self.is_plain_option(self.ty(expr)) {
-                self.note_part(part, None);
-                let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), None) };
+            let is_known = value.same_as.is_some() || value.head.is_some();
+            if is_known && self.is_plain_option(self.ty(expr)) {
+                let head = value.head.clone().filter(|_| value.same_as.is_none());
+                self.note_part(part, head.clone());
+                let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), head) };
                 self.emit(Effect::Set(Box::new(given)), span);
             }
             return;
