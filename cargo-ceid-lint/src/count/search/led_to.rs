@@ -66,14 +66,16 @@ impl Search<'_> {
 
     /// Whether a node puts into a collection what was taken out of it as a whole: in another order, its elements are there once.
     fn is_put_back(&self, node: NodeId, collection: Var) -> bool {
-        let comes_from_it = |source: &Place| {
-            source.base_var().filter(|var| self.graph.var(*var).name.is_empty()).is_some_and(|taken| {
-                let mut given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
-                given.any(|(_, from)| from.base == Base::Var(collection))
-            })
-        };
         let mut around = self.graph.loops_around(node).flat_map(|id| &self.graph.loop_info(id).items);
-        around.any(|(_, source)| comes_from_it(source))
+        around.any(|(_, source)| self.comes_from(source, collection))
+    }
+
+    /// Whether a place holds, without a name, what was taken out of a collection.
+    fn comes_from(&self, place: &Place, collection: Var) -> bool {
+        place.base_var().filter(|var| self.graph.var(*var).name.is_empty()).is_some_and(|taken| {
+            let mut given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
+            given.any(|(_, from)| from.base == Base::Var(collection))
+        })
     }
 
     /// Whether several elements of a collection, or each of them, are names of the instance.
@@ -81,8 +83,9 @@ impl Search<'_> {
         // What changes places in the collection that holds it is still there once.
         let is_other = |(var, _): &(Var, &[_])| Base::Var(*var) != self.instance.base;
         self.is_put_several_times()
-            || self.aliases.given().filter(is_other).any(|(_, given)| {
-                let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
+            || self.aliases.given().filter(is_other).any(|(var, given)| {
+                let is_new = |from: &Place| from.base != Base::Var(var) && !self.comes_from(from, var);
+                let of_instance = given.iter().filter(|(_, from)| is_new(from) && self.is_part_led_to(from));
                 let keys: BTreeSet<&IndexKey> =
                     of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
                 keys.len() > 1 || keys.contains(&IndexKey::Each)

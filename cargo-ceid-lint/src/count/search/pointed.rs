@@ -4,6 +4,7 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::declared::declared_ty;
 use crate::count::referred;
 use crate::flow::{Assignment, Cause, Effect, NodeId, Place, Relation, Var};
 
@@ -27,6 +28,12 @@ impl Search<'_> {
             }
             found.push(place.clone());
         }
+    }
+
+    /// Whether a place holds nothing but references to filters, if any.
+    pub(super) fn refers(&self, place: &Place) -> bool {
+        let ty = declared_ty(self.program.index, self.graph, place);
+        ty.is_some_and(|ty| self.program.index.refers_to_filters(&ty))
     }
 
     /// Why another reference may be in the place of one to the instance, or in that of another: data says which.

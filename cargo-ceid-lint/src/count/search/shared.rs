@@ -7,7 +7,6 @@ use super::{Called, Search, State};
 use crate::count::answers::Answer;
 use crate::count::assumed::{Assumed, Heads, is_open_to};
 use crate::count::counts::Count;
-use crate::count::declared::declared_ty;
 use crate::count::given::{Given, argument, asked_at, given_subject, is_left_there};
 use crate::count::returned;
 use crate::flow::{CallSite, Effect, NodeId, Place, Subject, SubjectId};
@@ -41,16 +40,10 @@ impl Search<'_> {
     pub(super) fn asked_subject(&self, given: &Given, site: &CallSite) -> Option<SubjectId> {
         let place = asked_at(given, site)?;
         let roots = self.aliases.shared_roots(&place);
-        let find = |is_it: &dyn Fn(&Place) -> bool| {
-            self.graph.subjects.iter().position(|subject| subject.known_as().is_some_and(is_it))
-        };
-        let is_other_name = |whole: &Place| roots.len() == 1 && *self.aliases.shared_roots(whole) == *roots;
         // Two options that refer to the same filter are two.
-        let refers = || {
-            let ty = declared_ty(self.program.index, self.graph, &place);
-            ty.is_some_and(|ty| self.program.index.refers_to_filters(&ty))
-        };
-        let found = find(&|whole| *whole == place).or_else(|| find(&is_other_name).filter(|_| !refers()))?;
+        let has_names = roots.len() == 1 && !self.refers(&place);
+        let is_it = |whole: &Place| *whole == place || (has_names && *self.aliases.shared_roots(whole) == *roots);
+        let found = self.graph.subjects.iter().position(|subject| subject.known_as().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
     }
 

@@ -45,7 +45,7 @@ impl Builder<'_> {
                 self.derive_scratch(receiver, args);
                 self.moves_others(id, receiver, method, args, &value);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
-                    let part = place.element(IndexKey::Data("the new element".into()));
+                    let part = place.element(self.new_key(receiver, method));
                     let clones = if method == "resize" { self.keep_clones(given, *arg) } else { None };
                     match clones.map(|clones| clones.element(IndexKey::Each)) {
                         Some(clone) => {

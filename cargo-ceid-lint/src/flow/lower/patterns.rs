@@ -358,7 +358,9 @@ impl Builder<'_> {
             return;
         }
         // What is surely there is asked for nothing: `if let Some(filter) = filters.first_mut()` behind `filters.push(…)`.
-        if matches!(&matched.pure, None if matched.value.head.as_deref() == Some("+") && heads == ["+"]) {
+        let is_call = |expr: ExprId| matches!(self.body().expr(expr).kind, ExprKind::MethodCall { .. });
+        let is_there = matched.value.head.as_deref() == Some("+") && matched.value.same_as.is_none();
+        if is_there && heads == ["+"] && matched.expr.is_some_and(is_call) {
             return;
         }
         // A truth value is there, whichever it is.

@@ -3,10 +3,13 @@
 
 use super::sources::{Item, Source, is_map};
 use super::{Builder, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Transfer, Var};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
+
+/// How many references are told apart by their numbers in what they are gathered in.
+const MOST_NUMBERED: u64 = 16;
 
 impl Builder<'_> {
     /// Notes that the last node gives a place of that type another value, if all that it has of filters are references to them.
@@ -24,7 +27,7 @@ impl Builder<'_> {
             return None;
         }
         let collection = Place::var(self.temporary(self.ty(id).clone(), self.span(id)));
-        self.pour(id, id, source, &collection);
+        self.pour(id, id, source, (&collection, Some(0)));
         Some(Value { place: Some(collection), is_owned: true, ..Value::default() })
     }
 
@@ -55,13 +58,30 @@ impl Builder<'_> {
             (None, Some(place)) => Source { item: Item::Element(place.clone()), ..Source::bounded() },
             (None, None) => return false,
         };
-        self.pour(id, receiver, source, collection);
+        let first = self.next_number(receiver);
+        self.pour(id, receiver, source, (collection, first));
         true
     }
 
-    /// Puts what a source gives into a collection, whose type is that of an expression.
-    fn pour(&mut self, id: ExprId, typed: ExprId, source: Source, collection: &Place) {
+    /// Puts what a source gives into a collection, whose type is that of an expression; with the number that the first one of them has
+    /// there, if that is known.
+    fn pour(&mut self, id: ExprId, typed: ExprId, source: Source, (collection, first): (&Place, Option<u64>)) {
         let is_keyed = is_map(self.ty(typed).peel());
+        if let (Item::Element(place), Rounds::Constant(count @ ..=MOST_NUMBERED), Some(first)) =
+            (&source.item, &source.rounds, first.filter(|_| !is_keyed))
+            && source.stages.is_empty()
+            && !source.passes()
+            && source.in_order != source.counts_down
+            && place.base_var().is_some_and(|var| self.is_collection_of_references(&self.graph.var(var).ty))
+            && place.steps.is_empty()
+        {
+            for number in 0..*count {
+                let from = if source.counts_down { count - 1 - number } else { number };
+                let value = Value { place: Some(place.element(IndexKey::Number(from))), ..Value::default() };
+                self.place_part(collection.element(IndexKey::Number(first + number)), &value, typed);
+            }
+            return;
+        }
         let new = collection.element(IndexKey::Data("the new element".into()));
         self.run_loop(CycleKind::Closure, self.span(id), None, source, |this, item, _| {
             let place = if is_keyed { item.place.as_ref().map(|pair| pair.field("1")) } else { item.place.clone() };
@@ -156,7 +176,7 @@ impl Builder<'_> {
         if is_such {
             let taken = self.emptied_collection(collection.clone(), ty, self.span(id));
             let source = Source { item: Item::Element(taken), ..Source::bounded() };
-            self.pour(id, receiver, source, collection);
+            self.pour(id, receiver, source, (collection, None));
         }
         is_such
     }

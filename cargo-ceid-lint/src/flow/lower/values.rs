@@ -216,6 +216,7 @@ impl Builder<'_> {
             self.note_copy(init);
             if let [var] = bound.as_slice() {
                 self.copy_parts(&value, &Place::var(*var), span);
+                self.made_options(*var, init, span);
             }
             if let Some(is_masked) = self.remainder(init) {
                 let held: Vec<Var> = self.vars_of(pat).into_iter().filter(|var| !self.is_mutated(*var)).collect();

@@ -1,6 +1,7 @@
-//! Collections of references in which there surely is something, so that a loop over them has a round.
+//! Collections of references of which it is known what is in them: a loop over those that are not empty has a round.
 
 use super::super::Builder;
+use crate::flow::IndexKey;
 use crate::index::Ty;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind, Stmt, StmtKind};
 use crate::types::LocalId;
@@ -32,11 +33,55 @@ impl Builder<'_> {
         if info.param.is_some() || info.in_loop != self.loops.last().copied() {
             return false;
         }
-        let body = self.body();
         let Some((init, rest)) = self.declaration(local) else { return false };
-        let is_filled = self.gives_elements(init) || rest.iter().any(|stmt| self.puts_into(stmt, local, named));
-        let uses = (0..named.0).map(ExprId).filter(|id| self.typed().expr_local.get(id) == Some(&local));
-        is_filled && uses.into_iter().all(|id| takes_nothing(body, id))
+        let is_filled =
+            self.elements_of(init).is_some_and(|count| count > 0) || self.pushes(rest, local, named).next().is_some();
+        is_filled && self.uses_before(local, named).all(|id| use_of(self.body(), id) != Use::Other)
+    }
+
+    /// The key of an element that a method puts into a collection: its number, if all that were put there before are there for sure.
+    pub(in crate::flow::lower) fn new_key(&mut self, receiver: ExprId, method: &str) -> IndexKey {
+        let number = if matches!(method, "push" | "push_back") { self.next_number(receiver) } else { None };
+        number.map_or_else(|| IndexKey::Data("the new element".into()), IndexKey::Number)
+    }
+
+    pub(in crate::flow::lower) fn next_number(&mut self, named: ExprId) -> Option<u64> {
+        let local = self.typed().expr_local.get(&named).copied()?;
+        if !self.is_collection_of_references(self.ty(named)) || matches!(self.ty(named), Ty::Ref(..)) {
+            return None;
+        }
+        let var = self.var_of(local);
+        let info = self.graph.var(var);
+        if info.param.is_some() || info.in_loop != self.loops.last().copied() {
+            return None;
+        }
+        let (init, rest) = self.declaration(local)?;
+        let first = self.elements_of(init)?;
+        let before: Vec<ExprId> = self.pushes(rest, local, named).collect();
+        let is_known = |id: ExprId| match use_of(self.body(), id) {
+            Use::Push => before.contains(&id),
+            Use::Look => true,
+            Use::Order | Use::Other => false,
+        };
+        let is_plain = self.uses_before(local, named).all(is_known);
+        is_plain.then_some(first + before.len() as u64)
+    }
+
+    /// Where a local is named before an expression.
+    fn uses_before(&self, local: LocalId, before: ExprId) -> impl Iterator<Item = ExprId> {
+        let named = move |id: &ExprId| self.typed().expr_local.get(id) == Some(&local);
+        (0..before.0).map(ExprId).filter(named)
+    }
+
+    /// Where statements that surely run put something behind the elements of a collection, before an expression.
+    fn pushes(&self, rest: &[Stmt], local: LocalId, before: ExprId) -> impl Iterator<Item = ExprId> {
+        let pushed = move |stmt: &Stmt| {
+            let StmtKind::Expr { expr, .. } = &stmt.kind else { return None };
+            let ExprKind::MethodCall { receiver, method, .. } = &self.body().expr(*expr).kind else { return None };
+            let is_push = matches!(method.as_str(), "push" | "push_back") && stmt.cfg.is_none() && *expr < before;
+            (is_push && self.typed().expr_local.get(receiver) == Some(&local)).then_some(*receiver)
+        };
+        rest.iter().filter_map(pushed)
     }
 
     /// The value with which a local is declared, and the statements that follow in the same block.
@@ -57,68 +102,63 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether a value surely has elements, or is made of one that does.
-    fn gives_elements(&self, value: ExprId) -> bool {
-        if matches!(self.ty(value).peel(), Ty::Array(_, length) if length.value.is_some_and(|length| length > 0)) {
-            return true;
+    /// How many elements a value has that a collection is declared with, if that is written there.
+    fn elements_of(&self, value: ExprId) -> Option<u64> {
+        if let Ty::Array(_, length) = self.ty(value).peel() {
+            return length.value;
         }
         match &self.body().expr(value).kind {
-            ExprKind::Array { elements, .. } => !elements.is_empty(),
+            ExprKind::Array { elements, .. } => Some(elements.len() as u64),
             ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() => {
-                matches!(
+                let keeps_all = matches!(
                     method.as_str(),
                     "into_iter" | "iter_mut" | "rev" | "collect" | "into" | "into_vec" | "to_vec" | "each_mut"
-                ) && self.gives_elements(*receiver)
+                );
+                self.elements_of(*receiver).filter(|_| keeps_all)
             }
             ExprKind::Call { callee, args } => {
-                let is_from = matches!(&self.body().expr(*callee).kind, ExprKind::Path(path) if path.last() == "from");
-                matches!(args.as_slice(), [arg] if is_from && self.gives_elements(*arg))
+                let ExprKind::Path(path) = &self.body().expr(*callee).kind else { return None };
+                match (path.last(), args.as_slice()) {
+                    ("new", []) | ("with_capacity", [_]) => Some(0),
+                    ("from", [given]) => self.elements_of(*given),
+                    _ => None,
+                }
             }
-            _ => false,
+            _ => None,
         }
-    }
-
-    /// Whether a statement before an expression puts something into a collection.
-    fn puts_into(&self, stmt: &Stmt, local: LocalId, before: ExprId) -> bool {
-        let StmtKind::Expr { expr, .. } = &stmt.kind else { return false };
-        let ExprKind::MethodCall { receiver, method, .. } = &self.body().expr(*expr).kind else { return false };
-        stmt.cfg.is_none()
-            && *expr < before
-            && matches!(method.as_str(), "push" | "push_back" | "push_front")
-            && self.typed().expr_local.get(receiver) == Some(&local)
     }
 }
 
-/// Whether nothing is taken out of a collection where it is named.
-fn takes_nothing(body: &Body, named: ExprId) -> bool {
-    body.exprs.iter().any(|expr| match &expr.kind {
-        ExprKind::MethodCall { receiver, method, .. } if *receiver == named => matches!(
-            method.as_str(),
-            "push"
-                | "push_back"
-                | "push_front"
-                | "extend"
-                | "iter"
-                | "iter_mut"
-                | "len"
-                | "is_empty"
-                | "reverse"
-                | "swap"
-                | "rotate_left"
-                | "rotate_right"
-                | "first"
-                | "last"
-                | "first_mut"
-                | "last_mut"
-                | "front_mut"
-                | "back_mut"
-                | "get_mut"
-                | "as_mut_slice"
-        ),
-        ExprKind::Index { base, .. } => *base == named,
+/// What is done with a collection where it is named.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Use {
+    /// Something is put behind its elements.
+    Push,
+    /// Nothing comes to it or leaves it, and its elements stay where they are.
+    Look,
+    /// Nothing leaves it.
+    Order,
+    Other,
+}
+
+fn use_of(body: &Body, named: ExprId) -> Use {
+    let found = body.exprs.iter().find_map(|expr| match &expr.kind {
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == named => Some(match method.as_str() {
+            "push" | "push_back" => Use::Push,
+            "iter" | "iter_mut" | "len" | "is_empty" | "first" | "last" | "first_mut" | "last_mut" | "front_mut"
+            | "back_mut" | "get_mut" => Use::Look,
+            "push_front" | "extend" | "reverse" | "swap" | "rotate_left" | "rotate_right" | "as_mut_slice" => {
+                Use::Order
+            }
+            _ => Use::Other,
+        }),
+        ExprKind::Index { base, .. } if *base == named => Some(Use::Look),
         ExprKind::For { iterable, .. } => {
-            matches!(&body.expr(*iterable).kind, ExprKind::Reference { value, .. } if *value == named)
+            let is_lent =
+                matches!(&body.expr(*iterable).kind, ExprKind::Reference { value, .. } if *value == named);
+            is_lent.then_some(Use::Look)
         }
-        _ => false,
-    })
+        _ => None,
+    });
+    found.unwrap_or(Use::Other)
 }
