@@ -9,7 +9,8 @@ use super::declared::declared_ty;
 use super::given::{Given, GivenBase, given, place_of};
 use super::summary::Summaries;
 use crate::flow::{
-    About, Assignment, CallSite, Cause, ControlFlowGraph, Effect, Head, Node, NodeId, Place, Projection, Test, Transfer, Var,
+    About, Assignment, CallSite, Cause, ControlFlowGraph, Effect, Head, Node, NodeId, Place, Projection, Test,
+    Transfer, Var,
 };
 use crate::index::{Index, Ty};
 
@@ -89,18 +90,16 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
         }
     }
     let overlaps = |one: &Given, other: &Given| {
-        one != other
-            && one.base == other.base
-            && one.steps.iter().zip(&other.steps).all(|(step, other)| step == other)
+        one != other && one.base == other.base && one.steps.iter().zip(&other.steps).all(|(step, other)| step == other)
     };
-    let beside: BTreeSet<&Given> =
-        found.keys().filter(|to| found.keys().any(|other| overlaps(to, other))).collect();
+    let beside: BTreeSet<&Given> = found.keys().filter(|to| found.keys().any(|other| overlaps(to, other))).collect();
     let put = |(to, nodes): (&Given, &BTreeMap<NodeId, Vec<Way>>)| {
         let all: BTreeSet<NodeId> = nodes.keys().copied().collect();
         let is_mixed = uncertain.contains(to) || beside.contains(to);
         // What is put there later is what is there in the end.
         let is_last = |id: &NodeId| is_mixed || ends_without(graph, &graph.node(*id).next, &all);
-        let ways: BTreeSet<Way> = nodes.iter().filter(|(id, _)| is_last(id)).flat_map(|(_, ways)| ways.clone()).collect();
+        let ways: BTreeSet<Way> =
+            nodes.iter().filter(|(id, _)| is_last(id)).flat_map(|(_, ways)| ways.clone()).collect();
         let is_certain = !is_mixed && !ends_without(graph, &[NodeId(0)], &all);
         Put { to: to.clone(), ways: ways.into_iter().collect(), is_certain }
     };

@@ -213,10 +213,13 @@ impl Generator {
         }
         if let Some(node) = replaces {
             let at = own.len() - 1;
-            own.insert(at, match self.rng.percent(30) {
-                true => Node::branch(format!("if {} {{", self.condition(&rest.emptied())), vec![node], None),
-                false => node,
-            });
+            own.insert(
+                at,
+                match self.rng.percent(30) {
+                    true => Node::branch(format!("if {} {{", self.condition(&rest.emptied())), vec![node], None),
+                    false => node,
+                },
+            );
         }
         nodes.extend(own);
     }

@@ -47,17 +47,16 @@ impl Search<'_> {
         let may_hold = |name: &Place| matches!(set.place.relate(name, value), Relation::MayHold(..));
         let is_some = self.graph.pointed.contains(&node) && names.iter().any(may_hold);
         let holds = |name: &Place| set.place.relate(name, value) != Relation::Apart;
-        let holds_given = |name: &Place| set.from.as_ref().is_some_and(|from| from.relate(name, value) != Relation::Apart);
-        let is_any = || {
-            self.led_to_by(set, node).is_none() && names.iter().any(|name| holds(name) || holds_given(name))
-        };
+        let holds_given =
+            |name: &Place| set.from.as_ref().is_some_and(|from| from.relate(name, value) != Relation::Apart);
+        let is_any =
+            || self.led_to_by(set, node).is_none() && names.iter().any(|name| holds(name) || holds_given(name));
         (is_some || is_any()).then(|| Cause::Index(self.graph.place_name(self.program.index, &set.place)))
     }
 
     /// Whether a node gives what refers to the instance another reference.
     fn points_elsewhere(&self, node: NodeId, set: &Assignment) -> bool {
-        self.graph.pointed.contains(&node)
-            && matches!(set.place.relate(self.instance, &|_| None), Relation::Holds(_))
+        self.graph.pointed.contains(&node) && matches!(set.place.relate(self.instance, &|_| None), Relation::Holds(_))
     }
 
     /// The names before a cycle begins: what the instance's own name refers to by then is the instance.

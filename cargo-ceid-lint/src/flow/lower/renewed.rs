@@ -39,14 +39,8 @@ impl Builder<'_> {
             let place = Place::var(var).field(&name);
             // What it refers to has come with the whole.
             let from = Some(place.clone());
-            let given = Assignment {
-                place,
-                from,
-                transfer: Transfer::Borrow,
-                rebinds: true,
-                head: Some(head),
-                same_as: None,
-            };
+            let given =
+                Assignment { place, from, transfer: Transfer::Borrow, rebinds: true, head: Some(head), same_as: None };
             self.emit(Effect::Set(Box::new(given)), span);
         }
     }

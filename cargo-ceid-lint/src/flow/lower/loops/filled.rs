@@ -154,8 +154,7 @@ fn use_of(body: &Body, named: ExprId) -> Use {
         }),
         ExprKind::Index { base, .. } if *base == named => Some(Use::Look),
         ExprKind::For { iterable, .. } => {
-            let is_lent =
-                matches!(&body.expr(*iterable).kind, ExprKind::Reference { value, .. } if *value == named);
+            let is_lent = matches!(&body.expr(*iterable).kind, ExprKind::Reference { value, .. } if *value == named);
             is_lent.then_some(Use::Look)
         }
         _ => None,
