@@ -72,10 +72,20 @@ impl Search<'_> {
 
     /// Whether a place holds, without a name, what was taken out of a collection.
     fn comes_from(&self, place: &Place, collection: Var) -> bool {
-        place.base_var().filter(|var| self.graph.var(*var).name.is_empty()).is_some_and(|taken| {
-            let mut given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
-            given.any(|(_, from)| from.base == Base::Var(collection))
-        })
+        let mut seen: BTreeSet<Var> = BTreeSet::new();
+        let mut open: Vec<Var> = place.base_var().into_iter().collect();
+        while let Some(taken) = open.pop() {
+            if !self.graph.var(taken).name.is_empty() || !seen.insert(taken) {
+                continue;
+            }
+            let given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
+            let from: Vec<Var> = given.filter_map(|(_, from)| from.base_var()).collect();
+            if from.contains(&collection) {
+                return true;
+            }
+            open.extend(from);
+        }
+        false
     }
 
     /// Whether several elements of a collection, or each of them, are names of the instance.

@@ -271,10 +271,6 @@ impl Builder<'_> {
         self.set(taken, &old, span);
         self.note_taken(taken, &old);
         let is_option = self.is_option_of_references(self.ty(id));
-        if let Some(at) = self.at.filter(|_| is_option) {
-            self.may_be_asked(&place, taken);
-            self.graph.copies.insert(at, place.clone());
-        }
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
         let new = new.cloned().unwrap_or(taken_out);
         let writes = crate::flow::Assignment {

@@ -35,9 +35,19 @@ impl Builder<'_> {
     pub(super) fn converted_references(&mut self, id: ExprId, given: &Value) -> Option<Value> {
         let source = match &given.iterator {
             Some(source) => Source::clone(source),
-            None => Source { item: Item::Element(given.place.clone()?), ..Source::bounded() },
+            None => self.elements_at(given.place.clone()?),
         };
         self.collected_references(id, source)
+    }
+
+    /// The elements of a collection, from the first to the last one.
+    fn elements_at(&self, place: Place) -> Source {
+        let ty = place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty);
+        let rounds = match ty {
+            Some(Ty::Array(_, length)) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+            _ => Rounds::Bounded,
+        };
+        Source { item: Item::Element(place), rounds, ..Source::bounded() }
     }
 
     /// `filters.extend([&mut roll, &mut pitch])`
@@ -55,7 +65,7 @@ impl Builder<'_> {
             _ if !is_such => return false,
             (Some(source), _) if source.is_choice || source.is_advanced => return false,
             (Some(source), _) => Source::clone(source),
-            (None, Some(place)) => Source { item: Item::Element(place.clone()), ..Source::bounded() },
+            (None, Some(place)) => self.elements_at(place.clone()),
             (None, None) => return false,
         };
         let first = self.next_number(receiver);
