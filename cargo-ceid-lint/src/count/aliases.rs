@@ -124,7 +124,8 @@ impl Aliases {
                 Effect::Write(write) if write.rebinds || graph.pointed.contains(&id) => {
                     if let Some(from) = &write.from {
                         aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
-                        for other in referred::led_to(index, graph, &write.place) {
+                        let others = graph.pointed.contains(&id).then(|| referred::led_to(index, graph, &write.place));
+                        for other in others.into_iter().flatten() {
                             aliases.add(index, graph, &other, from, write.transfer, node.in_loop);
                         }
                     }

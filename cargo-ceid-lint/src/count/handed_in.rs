@@ -211,19 +211,45 @@ fn take_over(graph: &mut ControlFlowGraph, puts: &[BTreeSet<Put>]) {
     for id in graph.node_ids() {
         let Effect::Call(site) = &graph.node(id).effect else { continue };
         let is_only = site.targets.len() == 1;
-        let puts = site.targets.iter().filter_map(|target| puts.get(target.0 as usize)).flatten();
-        let all: Vec<(Place, Vec<Behind>, bool)> = puts
+        let known = site.targets.iter().filter_map(|target| puts.get(target.0 as usize)).flatten();
+        let known: Vec<&Put> = known.collect();
+        let all: Vec<(Place, Vec<Behind>, bool)> = known
+            .iter()
             .filter_map(|put| {
                 let ways: Vec<Behind> = put.ways.iter().filter_map(|way| way_at(&put.to, way, site)).collect();
                 let to = place_of(&put.to, site).filter(|_| !ways.is_empty())?;
                 Some((to, ways, put.is_certain && is_only))
             })
             .collect();
-        let text = site.text.clone();
+        let (text, lost) = (site.text.clone(), puts_without_name(site, &known));
         for (to, ways, is_certain) in all {
             insert_behind(graph, id, (to, ways), is_certain, &text);
         }
+        if !lost.is_empty() {
+            let Node { span, next, in_loop, debug_only, .. } = graph.node(id).clone();
+            let effect = Effect::Unknown { places: lost, cause: Cause::Moved(text) };
+            let behind = NodeId(u32::try_from(graph.nodes.len()).expect("fewer than 2^32 nodes"));
+            graph.nodes.push(Node { effect, span, next, in_loop, debug_only });
+            graph.nodes[id.0 as usize].next = vec![behind];
+        }
     }
+}
+
+/// What a call has to do with if one of its targets puts references into a part of a receiver whose type is not known.
+fn puts_without_name(site: &CallSite, puts: &[&Put]) -> Vec<Place> {
+    let has_no_name = |put: &&&Put| place_of(&put.to, site).is_none();
+    let mut places: Vec<Place> = Vec::new();
+    for put in puts.iter().filter(has_no_name) {
+        let from = put.ways.iter().flat_map(|way| &way.parts).map(|(_, from)| from);
+        let params = from.chain([&put.to]).filter_map(|given| match given.base {
+            GivenBase::Param(param) => site.args.get(param),
+            GivenBase::Static(_) => None,
+        });
+        places.extend(params.filter_map(|arg| arg.place.clone()));
+    }
+    places.sort();
+    places.dedup();
+    places
 }
 
 /// What a call leaves in a place on one way; nothing where what it puts there is no reference.

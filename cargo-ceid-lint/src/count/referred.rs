@@ -6,7 +6,9 @@ use crate::index::{Index, Ty};
 /// The other names of a place of references, where it is reached by such a variable.
 pub(super) fn led_to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
     let Some(var) = place.base_var() else { return Vec::new() };
-    if !matches!(&graph.var(var).ty, Ty::Ref(true, inner) if index.refers_to_filters(inner)) {
+    let Ty::Ref(true, inner) = &graph.var(var).ty else { return Vec::new() };
+    // What a reference to a filter leads to is the filter itself.
+    if place.steps.is_empty() && !index.refers_to_filters(inner) {
         return Vec::new();
     }
     let whole = Place::var(var);
