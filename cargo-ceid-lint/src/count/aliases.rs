@@ -10,6 +10,7 @@ use super::called_place::CalledPlace;
 use super::given::{Given, may_match, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::moves;
+use super::referred;
 use super::search::Called;
 use super::shared_handles::shared_handles;
 use super::summary::Summaries;
@@ -123,6 +124,10 @@ impl Aliases {
                 Effect::Write(write) if write.rebinds || graph.pointed.contains(&id) => {
                     if let Some(from) = &write.from {
                         aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
+                        let others = graph.pointed.contains(&id).then(|| referred::led_to(index, graph, &write.place));
+                        for other in others.into_iter().flatten() {
+                            aliases.add(index, graph, &other, from, write.transfer, node.in_loop);
+                        }
                     }
                 }
                 Effect::Call(site) => {
@@ -159,7 +164,8 @@ impl Aliases {
 
     /// A place in a value in between is another name.
     fn name(&mut self, to: &Place, from: &Place) {
-        let Some(var) = to.base_var() else { return };
+        // What is given to itself only gets to be known better.
+        let Some(var) = to.base_var().filter(|_| to != from) else { return };
         let sources = self.sources.entry(var).or_default();
         let entry = (to.steps.clone(), from.clone());
         if !sources.contains(&entry) {

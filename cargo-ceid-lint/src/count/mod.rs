@@ -52,6 +52,7 @@ mod own_methods;
 mod parts;
 mod picked;
 mod recursive;
+mod referred;
 mod remarks;
 mod returned;
 mod samples;

@@ -120,6 +120,8 @@ pub struct LoopInfo {
     pub passes_over: bool,
     /// Whether its items are the elements of a collection from the first one on, none left out, or its numbers follow one another.
     pub in_order: bool,
+    /// Whether it has one round at least.
+    pub is_entered: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,
     /// Whether it takes its items from an iterator that the caller lends, and nothing else in the function does.

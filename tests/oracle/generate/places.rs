@@ -143,7 +143,15 @@ impl Generator {
             let branch = Node::branch(format!("if {} {{", self.condition(scope)), vec![call.clone()], None);
             return nodes.extend([branch, call].into_iter().take(1 + self.rng.below(2)));
         }
-        if self.rng.percent(50) {
+        if self.rng.percent(12) {
+            let asked = self.rng.pick(&["io.sample()?;", "if io.flag() { return None; }"]);
+            let mut body = vec![Node::line(asked), Node::line(format!("{}.update();", place.spelled))];
+            if self.rng.percent(30) {
+                body.swap(0, 1);
+            }
+            body.push(Node::line("Some(())"));
+            nodes.push(Node::binding(format!("let mut {name} = || -> Option<()> {{"), body));
+        } else if self.rng.percent(50) {
             nodes.push(Node::line(format!("let mut {name} = || {}.update();", place.spelled)));
         } else {
             let body = self.block(&inner);

@@ -29,7 +29,8 @@ impl Generator {
         let second = self.rng.pick(&others);
         let rest = scope.without(&[&first.root, &second.root]);
         let (one, two) = (first.reborrowed(), second.reborrowed());
-        match self.rng.below(10) {
+        match self.rng.below(13) {
+            10.. => self.exchanged(&rest, (&one, &two), nodes),
             0..=2 => self.slot(&rest, (&one, &two), nodes),
             3 | 4 => self.keeper(&rest, (&one, &two), nodes),
             5 => self.shared(&rest, &one, nodes),
@@ -144,6 +145,83 @@ impl Generator {
             return nodes.push(Node::line(format!("{name}.tick();")));
         }
         nodes.push(asked(self.rng.pick(&["", ".as_mut()", ".take()"])));
+    }
+
+    /// A reference that another one takes the place of, or that is taken out of its place.
+    fn exchanged(&mut self, rest: &Scope, (one, two): (&str, &str), nodes: &mut Vec<Node>) {
+        let (name, other) = (self.name("now"), self.name("old"));
+        let line = |text: &str| Node::line(text.replace("NOW", &name).replace("OLD", &other));
+        let asked = |what: &str| {
+            let head = format!("if let Some(f) = {what} {{").replace("NOW", &name).replace("OLD", &other);
+            Node::block(head, vec![Node::line("f.update();")])
+        };
+        let mut own = vec![];
+        let mut replaces = None;
+        match self.rng.below(9) {
+            0 => {
+                own.push(line(&format!("let mut NOW = Some({one});")));
+                replaces = Some(asked(&format!("NOW.replace({two})")));
+                own.push(asked("NOW.as_mut()"));
+            }
+            1 => {
+                own.push(line(&format!("let mut NOW = Slot {{ held: Some({one}) }};")));
+                own.push(line("let OLD = NOW.held.take();"));
+                replaces = Some(line(&format!("NOW.held = Some({two});")));
+                own.extend([asked("OLD"), line("NOW.tick();")]);
+            }
+            2 => {
+                own.push(line(&format!("let mut NOW = Slot::new({one});")));
+                own.push(asked("NOW.detach()"));
+                replaces = Some(line(&format!("NOW.attach({two});")));
+                own.push(line("NOW.tick();"));
+            }
+            3 => {
+                own.push(line(&format!("let mut NOW = {one};")));
+                own.push(line("let OLD = &mut NOW;"));
+                own.push(line("OLD.update();"));
+                replaces = Some(line(&format!("*OLD = {two};")));
+                own.push(line("NOW.update();"));
+            }
+            4 => {
+                own.push(line(&format!("let mut NOW = ({one}, {two});")));
+                replaces = Some(line("std::mem::swap(&mut NOW.0, &mut NOW.1);"));
+                own.push(line("NOW.0.update();"));
+            }
+            5 => {
+                own.push(line(&format!("let mut NOW = [{one}, {two}];")));
+                replaces = Some(line("NOW.swap(0, 1);"));
+                own.push(line("NOW[0].update();"));
+            }
+            6 => {
+                own.push(line(&format!("let mut NOW = {one};")));
+                own.push(line(&format!("let OLD = std::mem::replace(&mut NOW, {two});")));
+                own.extend([line("OLD.update();"), line("NOW.update();")]);
+            }
+            7 => {
+                let label = format!("'{}", self.name("pick"));
+                let leave = vec![Node::line(format!("break {label} {one};"))];
+                let condition = self.condition(&rest.emptied());
+                let body = vec![Node::branch(format!("if {condition} {{"), leave, None), Node::line(two)];
+                own.push(Node::binding(format!("let {name} = {label}: {{"), body));
+                own.push(line("NOW.update();"));
+            }
+            _ => {
+                own.push(line(&format!("let mut NOW = {one};")));
+                replaces = Some(line(&format!("point(&mut NOW, {two});")));
+                own.push(line("NOW.update();"));
+            }
+        }
+        if let Some(node) = replaces {
+            let at = own.len() - 1;
+            own.insert(
+                at,
+                match self.rng.percent(30) {
+                    true => Node::branch(format!("if {} {{", self.condition(&rest.emptied())), vec![node], None),
+                    false => node,
+                },
+            );
+        }
+        nodes.extend(own);
     }
 
     /// A struct with references that its methods put there and update.

@@ -138,6 +138,14 @@ pub struct Slot<'x> {
 }
 
 impl<'x> Slot<'x> {
+    pub fn new(filter: &'x mut Kf) -> Self {
+        Slot { held: Some(filter) }
+    }
+
+    pub fn detach(&mut self) -> Option<&'x mut Kf> {
+        self.held.take()
+    }
+
     pub fn attach(&mut self, filter: &'x mut Kf) {
         self.held = Some(filter);
     }
@@ -147,4 +155,8 @@ impl<'x> Slot<'x> {
             filter.update();
         }
     }
+}
+
+pub fn point<'x>(place: &mut &'x mut Kf, filter: &'x mut Kf) {
+    *place = filter;
 }

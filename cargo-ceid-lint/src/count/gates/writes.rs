@@ -1,7 +1,7 @@
 //! What the calls of an iteration write.
 
 use super::Gates;
-use crate::flow::{CallSite, Effect, NodeId, Place};
+use crate::flow::{CallSite, Effect, NodeId, Place, Projection};
 use crate::index::Ty;
 
 impl Gates<'_, '_> {
@@ -14,24 +14,30 @@ impl Gates<'_, '_> {
                 _ => Vec::new(),
             };
             // What updates a filter by another name changes what it shows, and not whether it is there.
-            let index = self.search.program.index;
-            let is_of_filter = |root: &&Place| {
-                let owners = (0..=root.steps.len())
-                    .map(|count| Place { base: root.base, steps: root.steps[..count].to_vec() })
-                    .filter_map(|owner| self.ty(&owner));
-                let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
-                let known: Vec<Ty> =
-                    owners.map(|ty| ty.peel().clone()).take_while(|ty| matches!(ty, Ty::Adt(..))).collect();
-                root.steps.iter().all(|step| step.key().is_none()) && known.iter().any(is_filter)
-            };
             let with_roots = |place: Place| {
                 let roots = self.search.aliases.shared_roots(&place);
-                let others: Vec<Place> = roots.iter().filter(is_of_filter).cloned().collect();
+                let others: Vec<Place> = roots.iter().filter(|root| self.lies_in_field(root)).cloned().collect();
                 [others, vec![place]].concat()
             };
             self.nodes().flat_map(of).flat_map(with_roots).collect()
         });
         written.iter().any(|other| other.overlaps(place))
+    }
+
+    /// Whether a place lies in a filter that is a variable or a field as it is, and not in an option or a collection.
+    fn lies_in_field(&self, place: &Place) -> bool {
+        let (index, graph) = (self.search.program.index, self.search.graph);
+        let Some(var) = place.base_var() else { return false };
+        let mut ty = graph.var(var).ty.peel().clone();
+        let mut is_filter = graph.var(var).name != "self" && index.filter_spec(&ty).is_some();
+        for step in &place.steps {
+            let Projection::Field(name) = step else { return false };
+            let (false, Ty::Adt(..)) = (is_filter, &ty) else { break };
+            let Some(field) = index.field_ty(&ty, None, name) else { return false };
+            ty = field.peel().clone();
+            is_filter = index.filter_spec(&ty).is_some();
+        }
+        is_filter && matches!(ty, Ty::Adt(..))
     }
 
     pub(super) fn call_writes(&self, site: &CallSite, place: &Place) -> bool {

@@ -5,6 +5,7 @@ use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
 use crate::count::counts::Count;
+use crate::count::given_heads::GivenHeads;
 use crate::count::instances::place_ty;
 use crate::count::outcome::Outcome;
 use crate::count::returned;
@@ -98,7 +99,12 @@ impl Run<'_, '_> {
                     }
                 }
             }
-            if !applied && effect.heads != 0 {
+            let is_untold = |(_, outcomes): &(Place, Vec<Outcome>)| {
+                outcomes.iter().all(|outcome| outcome.returned == returned::ANY && outcome.assumed.is_empty())
+            };
+            // What a way gives back that says nothing of it, is what the function answers.
+            let is_answered = || !effect.answers.is_empty() && effect.outcomes.iter().all(is_untold);
+            if effect.heads != 0 && (!applied || is_answered()) {
                 states = self.answered(states, effect, site, before);
             }
             if !applied {
@@ -307,7 +313,7 @@ impl Run<'_, '_> {
         let graph = self.search.graph;
         let mut next = state.clone();
         let is_next = self.versions_after(&mut next, set);
-        if !is_next && self.search.is_refilled(self.names.get(state.names), set) {
+        if !is_next && self.search.is_refilled(self.names.get(state.names), set, state.node) {
             next.names = self.names.intern(vec![self.search.instance.clone()]);
             next.reset = true;
             self.rejuvenate(&mut next);
@@ -318,8 +324,11 @@ impl Run<'_, '_> {
                 self.exploration.limit = true;
                 return;
             }
-            let chosen = self.search.chosen_of(names, set, &|var| self.number(state, var));
+            let number = |var| self.number(state, var);
+            let chosen = self.search.chosen_of(names, set, &number);
+            let chosen = chosen.or_else(|| self.search.pointed_somewhere(names, set, state.node, &number));
             let chosen = chosen.filter(|_| !set.from.as_ref().is_some_and(|from| self.is_other_round(state, from)));
+            let chosen = chosen.or_else(|| self.gone_from(state, set, &renamed));
             next.names = self.names.intern(renamed);
             if let Some(cause) = chosen {
                 next.unknown = Some(self.cause(&cause));
@@ -348,6 +357,10 @@ impl Run<'_, '_> {
         });
         if !self.names_element(set) && !self.is_lent_again(set) {
             next.masks = self.killed(next.masks, &set.place);
+        }
+        for place in self.search.led_to_by(set, state.node).iter().flatten() {
+            let given = GivenHeads { heads: set.head.iter().cloned().collect(), surely: true };
+            next.masks = self.written(next.masks, place, set.head.as_ref().map(|_| &given));
         }
         // What is written through a reference is written where it points to; a reference that points elsewhere writes nothing.
         if !set.rebinds {

@@ -176,7 +176,8 @@ impl Search<'_> {
                     let stays =
                         set.transfer == Transfer::RoundTrip && !is_put_back && !set.place.overlaps(self.instance);
                     let chosen = self.chosen_of(names, set, &|_| None);
-                    let names = if stays { names.clone() } else { self.renamed(names, set, node, &|_| None).0 };
+                    let chosen = chosen.or_else(|| self.pointed_somewhere(names, set, node, &|_| None));
+                    let names = if stays { names.clone() } else { self.pointed_before(names, set, node) };
                     // Where its variable gets another value and nothing else names it, the instance is gone; what its variable
                     // names from there on is followed from there.
                     if names.is_empty() && starts.contains(&node) {

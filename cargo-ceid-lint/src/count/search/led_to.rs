@@ -31,16 +31,17 @@ impl Search<'_> {
         self.aliases.parts(from).iter().any(|(_, root)| self.is_among(std::slice::from_ref(root), false))
     }
 
-    /// Whether the instance is each of what the shared references in a collection of this function lead to, so that two of them may
-    /// lead to one filter: `let users: Vec<&Chip> = (0..2).map(|_| &chip).collect();`
+    /// Whether the instance is what the shared references in a collection of this function lead to, or in the elements of one, so that
+    /// two of them may lead to one filter: `let users: Vec<&Chip> = (0..2).map(|_| &chip).collect();`
     pub(in crate::count) fn is_behind_shared_references(&self) -> bool {
         let place = self.instance;
         let is_own = place.base_var().is_some_and(|var| self.graph.var(var).param.is_none());
-        let each = place.steps.iter().position(|step| step.key() == Some(&IndexKey::Each));
-        each.filter(|_| is_own).is_some_and(|at| {
-            let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
-            matches!(declared_ty(self.program.index, self.graph, &element), Some(Ty::Ref(false, _)))
-        })
+        let first = place.steps.iter().position(|step| step.key().is_some()).filter(|_| is_own);
+        let is_shared = |at: usize| {
+            let part = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+            matches!(declared_ty(self.program.index, self.graph, &part), Some(Ty::Ref(false, _)))
+        };
+        first.is_some_and(|first| (first..place.steps.len()).any(is_shared))
     }
 
     /// Whether elements that lead to the instance are put into a collection at several places, or in the rounds of a loop that is
@@ -65,14 +66,26 @@ impl Search<'_> {
 
     /// Whether a node puts into a collection what was taken out of it as a whole: in another order, its elements are there once.
     fn is_put_back(&self, node: NodeId, collection: Var) -> bool {
-        let comes_from_it = |source: &Place| {
-            source.base_var().filter(|var| self.graph.var(*var).name.is_empty()).is_some_and(|taken| {
-                let mut given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
-                given.any(|(_, from)| from.base == Base::Var(collection))
-            })
-        };
         let mut around = self.graph.loops_around(node).flat_map(|id| &self.graph.loop_info(id).items);
-        around.any(|(_, source)| comes_from_it(source))
+        around.any(|(_, source)| self.comes_from(source, collection))
+    }
+
+    /// Whether a place holds, without a name, what was taken out of a collection.
+    fn comes_from(&self, place: &Place, collection: Var) -> bool {
+        let mut seen: BTreeSet<Var> = BTreeSet::new();
+        let mut open: Vec<Var> = place.base_var().into_iter().collect();
+        while let Some(taken) = open.pop() {
+            if !self.graph.var(taken).name.is_empty() || !seen.insert(taken) {
+                continue;
+            }
+            let given = self.aliases.given().filter(|(var, _)| *var == taken).flat_map(|(_, given)| given);
+            let from: Vec<Var> = given.filter_map(|(_, from)| from.base_var()).collect();
+            if from.contains(&collection) {
+                return true;
+            }
+            open.extend(from);
+        }
+        false
     }
 
     /// Whether several elements of a collection, or each of them, are names of the instance.
@@ -80,8 +93,9 @@ impl Search<'_> {
         // What changes places in the collection that holds it is still there once.
         let is_other = |(var, _): &(Var, &[_])| Base::Var(*var) != self.instance.base;
         self.is_put_several_times()
-            || self.aliases.given().filter(is_other).any(|(_, given)| {
-                let of_instance = given.iter().filter(|(_, from)| self.is_part_led_to(from));
+            || self.aliases.given().filter(is_other).any(|(var, given)| {
+                let is_new = |from: &Place| from.base != Base::Var(var) && !self.comes_from(from, var);
+                let of_instance = given.iter().filter(|(_, from)| is_new(from) && self.is_part_led_to(from));
                 let keys: BTreeSet<&IndexKey> =
                     of_instance.filter_map(|(steps, _)| steps.iter().find_map(Projection::key)).collect();
                 keys.len() > 1 || keys.contains(&IndexKey::Each)

@@ -19,6 +19,7 @@ mod names;
 mod one_update;
 mod order;
 mod other_names;
+mod pointed;
 mod presence;
 mod reach;
 mod rounds;

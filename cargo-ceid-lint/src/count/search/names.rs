@@ -23,13 +23,15 @@ impl Search<'_> {
     ) -> (Vec<Place>, bool) {
         // What only referred to the instance refers to something else.
         let is_pointed = self.graph.pointed.contains(&node);
+        let behind = self.led_to_by(set, node);
+        let places = || std::iter::once(&set.place).chain(behind.iter().flatten());
         let mut gained: Vec<Place> = Vec::new();
         let mut lost: Vec<Place> = Vec::new();
         // A copy is another instance.
         if let Some(from) = set.from.as_ref().filter(|_| set.transfer != Transfer::Copy) {
             for name in names {
                 if let Relation::Holds(rest) = from.relate(name, value) {
-                    gained.push(set.place.join(&rest));
+                    gained.extend(places().map(|place| place.join(&rest)));
                     if set.transfer != Transfer::Borrow && *from != set.place {
                         lost.push(name.clone());
                     }
@@ -42,16 +44,13 @@ impl Search<'_> {
             if lost.contains(name) && !gained.contains(name) {
                 continue;
             }
-            match set.place.relate(name, value) {
-                Relation::Holds(_) if !gained.contains(name) => {
-                    if set.rebinds || is_pointed && name != self.instance {
-                        continue;
-                    }
-                    replaced = gained.is_empty();
-                    kept.push(name.clone());
-                }
-                _ => kept.push(name.clone()),
+            let holds = |place: &Place| matches!(place.relate(name, value), Relation::Holds(_));
+            let is_written = places().any(holds) && !gained.contains(name);
+            if is_written && (set.rebinds || is_pointed) {
+                continue;
             }
+            replaced |= is_written && gained.is_empty();
+            kept.push(name.clone());
         }
         kept.extend(gained);
         kept.sort();
@@ -83,10 +82,11 @@ impl Search<'_> {
 
     /// Whether the instance was taken out of its place, and what is put there, as it would be put back, is a new value on this
     /// path: from now on that is the instance.
-    pub(super) fn is_refilled(&self, names: &[Place], set: &Assignment) -> bool {
+    pub(super) fn is_refilled(&self, names: &[Place], set: &Assignment, node: NodeId) -> bool {
         let instance = self.instance;
         let lies_in = |place: &Place| matches!(set.place.relate(place, &|_| None), Relation::Holds(_));
-        let Some(from) = set.from.as_ref().filter(|_| !set.rebinds && lies_in(instance)) else { return false };
+        let is_new = !set.rebinds && !self.graph.pointed.contains(&node);
+        let Some(from) = set.from.as_ref().filter(|_| is_new && lies_in(instance)) else { return false };
         let local = |place: &Place| place.base_var().map(|var| self.graph.var(var)).filter(|info| info.param.is_none());
         if !names.iter().all(|name| local(name).is_some() && !from.overlaps(name)) {
             return false;

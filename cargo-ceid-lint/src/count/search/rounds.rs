@@ -95,6 +95,11 @@ impl Run<'_, '_> {
             return;
         }
         let mut after = state.clone();
+        let is_first = info.is_entered && !info.passes_over && !is_region && done == 0 && info.counter.is_none();
+        if is_first {
+            rounds.push((id, BEYOND));
+            after.rounds = self.rounds.intern(rounds.clone());
+        }
         if let Some((counter, first)) = info.counter.filter(|_| !is_own) {
             after.masks = self.killed(after.masks, &Place::var(counter));
             if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
@@ -110,6 +115,9 @@ impl Run<'_, '_> {
             }
         }
         self.follow(at, after, *round);
+        if is_first {
+            return;
+        }
         for to in rest {
             self.follow(at, state.clone(), *to);
         }

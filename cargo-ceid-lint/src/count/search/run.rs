@@ -160,6 +160,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 let age = self.age_after(&state);
                 let State { names, masks, rounds, unknown, is_supposed, .. } = self.still_known(state, to);
                 let doubt = unknown.filter(|_| is_supposed);
+                let names = self.names_in_next(names);
                 self.begin(Known { node: to, age, names, masks, rounds, doubt });
                 return;
             }

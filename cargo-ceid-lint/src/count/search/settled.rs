@@ -111,9 +111,17 @@ impl Search<'_> {
             })
         };
         let shared = subject.reads.iter().filter(|read| !is_taken_out(read) && !is_copy(read));
-        let roots = shared.flat_map(|read| self.aliases.shared_roots(read).to_vec());
-        let places = subject.reads.iter().cloned().chain(roots).collect();
         let is_presence = subject.whole.is_some() && subject.heads.iter().all(|head| head == "+" || head == "-");
+        // Whether there is a reference does not change with what becomes of the filter that it leads to.
+        let names = |read: &Place| {
+            let mut roots = self.aliases.shared_roots(read).to_vec();
+            if is_presence && roots.as_slice() != std::slice::from_ref(read) && self.refers(read) {
+                roots.retain(|root| self.refers(root));
+            }
+            roots
+        };
+        let roots = shared.flat_map(names);
+        let places = subject.reads.iter().cloned().chain(roots).collect();
         let reads = Rc::new(Reads { places, is_presence });
         self.reads.borrow_mut().insert(id, Rc::clone(&reads));
         reads

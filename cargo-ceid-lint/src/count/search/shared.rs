@@ -40,8 +40,9 @@ impl Search<'_> {
     pub(super) fn asked_subject(&self, given: &Given, site: &CallSite) -> Option<SubjectId> {
         let place = asked_at(given, site)?;
         let roots = self.aliases.shared_roots(&place);
-        let is_it =
-            |whole: &Place| *whole == place || (roots.len() == 1 && *self.aliases.shared_roots(whole) == *roots);
+        // Two options that refer to the same filter are two.
+        let has_names = roots.len() == 1 && !self.refers(&place);
+        let is_it = |whole: &Place| *whole == place || (has_names && *self.aliases.shared_roots(whole) == *roots);
         let found = self.graph.subjects.iter().position(|subject| subject.known_as().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
     }

@@ -45,7 +45,7 @@ impl Builder<'_> {
                 self.derive_scratch(receiver, args);
                 self.moves_others(id, receiver, method, args, &value);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
-                    let part = place.element(IndexKey::Data("the new element".into()));
+                    let part = place.element(self.new_key(receiver, method));
                     let clones = if method == "resize" { self.keep_clones(given, *arg) } else { None };
                     match clones.map(|clones| clones.element(IndexKey::Each)) {
                         Some(clone) => {
@@ -324,6 +324,7 @@ impl Builder<'_> {
             }
             "first_mut" | "first" | "front_mut" if args.is_empty() => Value {
                 place: value.place.as_ref().map(|place| place.element(IndexKey::Number(0))),
+                head: self.has_elements(receiver).then(|| "+".to_owned()),
                 ..Value::default()
             },
             "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
@@ -332,7 +333,8 @@ impl Builder<'_> {
                     _ => None,
                 };
                 let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
-                Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
+                let head = self.has_elements(receiver).then(|| "+".to_owned());
+                Value { place: value.place.as_ref().map(|place| place.element(key)), head, ..Value::default() }
             }
             "peek" if self.may_look_ahead(receiver, value) => self.look_ahead(id, value),
             "next" | "next_back" | "nth"

@@ -175,8 +175,11 @@ impl Builder<'_> {
 
     /// The same for what was taken out of a place as a whole: `mem::replace(&mut state, State::Idle)`.
     pub(super) fn note_taken(&mut self, var: Var, value: &Value) {
-        let is_state = self.is_state(&self.graph.var(var).ty) && !matches!(self.graph.var(var).ty, Ty::Ref(..));
-        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state), &value.place) {
+        let ty = self.graph.var(var).ty.clone();
+        let is_state = self.is_state(&ty) && !matches!(ty, Ty::Ref(..));
+        let is_known = is_state || self.is_option_of_references(&ty);
+        if let (Some(at), Some(place)) = (self.at.filter(|_| is_known), &value.place) {
+            self.may_be_asked(place, var);
             self.graph.copies.insert(at, place.clone());
         }
     }

@@ -16,7 +16,7 @@ impl Builder<'_> {
             && let (Some(a), Some(b)) = (left.place.clone(), right.place.clone())
         {
             let given = [args[1], args[0]].map(Some);
-            self.exchange([&a, &b], given, span);
+            self.exchange([&a, &b], given, self.ty(args[0]).peel().clone(), span);
         } else {
             // What has no name gives a new value.
             for place in values.into_iter().filter_map(|value| value.place) {
@@ -42,17 +42,29 @@ impl Builder<'_> {
         let (Some(a), Some(b)) = (to_first, to_second) else { return false };
         let is_swap = from_right.as_ref() == Some(&a) && from_left.as_ref() == Some(&b) && !a.overlaps(&b);
         if is_swap {
-            self.exchange([&a, &b], [Some(*left), Some(*right)], self.span(id));
+            self.exchange([&a, &b], [Some(*left), Some(*right)], self.ty(*left).clone(), self.span(id));
         }
         is_swap
     }
 
     /// Two places change their values; what is given to each is noted where it is an expression.
-    fn exchange(&mut self, [a, b]: [&Place; 2], [to_a, to_b]: [Option<ExprId>; 2], span: Span) {
-        let between = Place::var(self.temporary(Ty::Unknown, span));
+    fn exchange(&mut self, [a, b]: [&Place; 2], [to_a, to_b]: [Option<ExprId>; 2], ty: Ty, span: Span) {
+        let is_option = self.is_option_of_references(&ty);
+        let between = self.temporary(ty, span);
+        if is_option {
+            self.may_be_asked(a, between);
+            self.may_be_asked(b, between);
+        }
+        let between = Place::var(between);
         for (place, from, given) in [(&between, a, None), (a, b, to_a), (b, &between, to_b)] {
             let assignment = Assignment { from: Some(from.clone()), ..given_to(place.clone(), None) };
-            self.emit(Effect::Set(Box::new(assignment)), span);
+            let at = self.emit(Effect::Set(Box::new(assignment)), span);
+            if is_option {
+                self.graph.copies.insert(at, from.clone());
+            }
+            if place.base_var().is_some_and(|var| self.refers_to_references(var)) {
+                self.graph.pointed.insert(at);
+            }
             if let Some(given) = given {
                 self.note_given(place, given);
             }
@@ -78,7 +90,7 @@ impl Builder<'_> {
         };
         let keys: Vec<Option<Place>> = args.iter().map(|arg| key(self, arg)).collect();
         match keys.as_slice() {
-            [Some(a), Some(b)] if method == "swap" => self.exchange([a, b], [None, None], span),
+            [Some(a), Some(b)] if method == "swap" => self.exchange([a, b], [None, None], Ty::Unknown, span),
             _ if self.shuffle_references(id, receiver, &place) => {}
             _ => {
                 let element = place.element(IndexKey::Data("…".into()));

@@ -396,6 +396,9 @@ impl Builder<'_> {
             self.guards_of.insert(var, guard);
         }
         self.state_part(&part, value, expr);
+        if self.is_option_of_references(self.ty(expr)) {
+            return self.option_part(part, value, expr);
+        }
         let is_named = self.may_hold_filter(self.ty(expr)) || leads_to_cell(self.ty(expr));
         if self.at.is_none() || value.place.is_none() || !is_named {
             return;

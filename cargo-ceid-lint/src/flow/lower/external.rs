@@ -247,6 +247,9 @@ impl Builder<'_> {
     fn replace_by(&mut self, id: ExprId, content: &Value, given: Option<ExprId>, new: Option<&Value>) -> Value {
         let span = self.span(id);
         let Some(place) = content.place.clone() else { return Value::default() };
+        if new.is_none() && self.is_option_of_references(self.ty(id)) {
+            return self.taken_out(id, content);
+        }
         if let (Some(given), Some(new)) = (given, new) {
             self.put_away(id, &place, &[given], std::slice::from_ref(new));
         }
@@ -267,6 +270,7 @@ impl Builder<'_> {
         let old = Value { place: Some(place.clone()), same_as, is_owned: is_put_back, leaves_by, ..Value::default() };
         self.set(taken, &old, span);
         self.note_taken(taken, &old);
+        let is_option = self.is_option_of_references(self.ty(id));
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
         let new = new.cloned().unwrap_or(taken_out);
         let writes = crate::flow::Assignment {
@@ -282,7 +286,7 @@ impl Builder<'_> {
         if let Some(given) = given {
             self.note_given(&place, given);
         }
-        let same_as = (is_state || is_put_back).then_some(taken);
+        let same_as = (is_state || is_put_back || is_option).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
     }
 

@@ -120,6 +120,7 @@ impl Builder<'_> {
         let span = self.span(id);
         let Some(place) = value.place.clone().filter(|_| self.at.is_some()) else { return Value::default() };
         let taken = self.temporary(self.ty(id).clone(), span);
+        self.may_be_asked(&place, taken);
         let leaving = Value { is_owned: true, leaves_by: Some(Transfer::Move), head: None, ..value.clone() };
         self.set(taken, &leaving, span);
         if let Some(at) = self.at.filter(|_| value.same_as.is_none()) {

@@ -2,7 +2,7 @@
 //! part is asked of what the literal was given for it.
 
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, Head, Place, Projection, Transfer, Var};
+use crate::flow::{Assignment, Effect, Head, Node, Place, Projection, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -23,9 +23,11 @@ impl Builder<'_> {
         if !self.is_state(self.ty(expr)) {
             self.copy_parts(value, part, span);
             // Whether there is something in an answer, a pattern of the whole may ask.
-            if value.same_as.is_some() && self.is_plain_option(self.ty(expr)) {
-                self.note_part(part, None);
-                let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), None) };
+            let is_known = value.same_as.is_some() || value.head.is_some();
+            if is_known && self.is_plain_option(self.ty(expr)) {
+                let head = value.head.clone().filter(|_| value.same_as.is_none());
+                self.note_part(part, head.clone());
+                let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), head) };
                 self.emit(Effect::Set(Box::new(given)), span);
             }
             return;
@@ -49,6 +51,20 @@ impl Builder<'_> {
         self.graph.copies.extend(named.map(|from| (at, from)));
     }
 
+    /// A part of what a literal makes is an option of a reference: whether something is there is known as far as it is of the value.
+    pub(super) fn option_part(&mut self, part: Place, value: &Value, expr: ExprId) {
+        if self.at.is_none() {
+            return;
+        }
+        self.note_part(&part, value.head.clone());
+        let transfer = self.transfer(value, self.ty(expr));
+        let (head, same_as) = (value.head.clone(), value.same_as);
+        let given = Assignment { from: value.place.clone(), transfer, same_as, ..given_to(part, head) };
+        let at = self.emit(Effect::Set(Box::new(given)), self.span(expr));
+        let is_copied = value.head.is_none() && same_as.is_none();
+        self.graph.copies.extend(value.place.clone().filter(|_| is_copied).map(|from| (at, from)));
+    }
+
     /// A part of what a literal makes has the state that another place has.
     pub(super) fn part_of_state(&mut self, part: Place, from: Place, span: Span) {
         if self.at.is_some() {
@@ -70,7 +86,11 @@ impl Builder<'_> {
             let (part, is_copy) = (to.join(&steps), head.is_none());
             self.note_part(&part, head.clone());
             let is_new = to.base_var().is_some_and(|var| self.is_made_here(var));
-            let given = Box::new(Assignment { rebinds: is_new, ..given_to(part, head) });
+            let mut given = Box::new(Assignment { rebinds: is_new, ..given_to(part, head) });
+            if self.refers_in(&Place::var(var).join(&steps)) {
+                // What it refers to has come with the whole.
+                (given.from, given.transfer) = (Some(given.place.clone()), Transfer::Borrow);
+            }
             let at = self.emit(if is_new { Effect::Set(given) } else { Effect::Write(given) }, span);
             if is_copy {
                 self.graph.copies.insert(at, Place::var(var).join(&steps));
@@ -89,11 +109,24 @@ impl Builder<'_> {
             }
             let (part, is_copy) = (Place::var(join).join(&steps), head.is_none());
             self.note_part(&part, None);
-            let at = self.emit(Effect::Set(Box::new(given_to(part, head))), span);
+            let mut given = given_to(part, head);
+            if self.refers_in(&Place::var(var).join(&steps)) {
+                (given.from, given.transfer) = (Some(given.place.clone()), Transfer::Borrow);
+            }
+            let at = self.emit(Effect::Set(Box::new(given)), span);
             if is_copy {
                 self.graph.copies.insert(at, Place::var(var).join(&steps));
             }
         }
+    }
+
+    /// Whether a part of what a literal has made is an option of a reference.
+    fn refers_in(&self, part: &Place) -> bool {
+        let is_given = |node: &Node| match &node.effect {
+            Effect::Set(set) if set.place == *part => Some(set.from.is_some()),
+            _ => None,
+        };
+        self.graph.nodes.iter().rev().find_map(is_given) == Some(true)
     }
 
     /// Whether a variable holds what is made and is no name of something else.

@@ -357,6 +357,12 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        // What is surely there is asked for nothing: `if let Some(filter) = filters.first_mut()` behind `filters.push(…)`.
+        let is_call = |expr: ExprId| matches!(self.body().expr(expr).kind, ExprKind::MethodCall { .. });
+        let is_there = matched.value.head.as_deref() == Some("+") && matched.value.same_as.is_none();
+        if is_there && heads == ["+"] && matched.expr.is_some_and(is_call) {
+            return;
+        }
         // A truth value is there, whichever it is.
         let is_truth = heads.iter().all(|head| head == "true" || head == "false");
         let is_presence = matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-");

@@ -3,10 +3,13 @@
 
 use super::sources::{Item, Source, is_map};
 use super::{Builder, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Transfer};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
+
+/// How many references are told apart by their numbers in what they are gathered in.
+const MOST_NUMBERED: u64 = 16;
 
 impl Builder<'_> {
     /// Notes that the last node gives a place of that type another value, if all that it has of filters are references to them.
@@ -24,7 +27,7 @@ impl Builder<'_> {
             return None;
         }
         let collection = Place::var(self.temporary(self.ty(id).clone(), self.span(id)));
-        self.pour(id, id, source, &collection);
+        self.pour(id, id, source, (&collection, Some(0)));
         Some(Value { place: Some(collection), is_owned: true, ..Value::default() })
     }
 
@@ -32,9 +35,19 @@ impl Builder<'_> {
     pub(super) fn converted_references(&mut self, id: ExprId, given: &Value) -> Option<Value> {
         let source = match &given.iterator {
             Some(source) => Source::clone(source),
-            None => Source { item: Item::Element(given.place.clone()?), ..Source::bounded() },
+            None => self.elements_at(given.place.clone()?),
         };
         self.collected_references(id, source)
+    }
+
+    /// The elements of a collection, from the first to the last one.
+    fn elements_at(&self, place: Place) -> Source {
+        let ty = place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty);
+        let rounds = match ty {
+            Some(Ty::Array(_, length)) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+            _ => Rounds::Bounded,
+        };
+        Source { item: Item::Element(place), rounds, ..Source::bounded() }
     }
 
     /// `filters.extend([&mut roll, &mut pitch])`
@@ -52,16 +65,33 @@ impl Builder<'_> {
             _ if !is_such => return false,
             (Some(source), _) if source.is_choice || source.is_advanced => return false,
             (Some(source), _) => Source::clone(source),
-            (None, Some(place)) => Source { item: Item::Element(place.clone()), ..Source::bounded() },
+            (None, Some(place)) => self.elements_at(place.clone()),
             (None, None) => return false,
         };
-        self.pour(id, receiver, source, collection);
+        let first = self.next_number(receiver);
+        self.pour(id, receiver, source, (collection, first));
         true
     }
 
-    /// Puts what a source gives into a collection, whose type is that of an expression.
-    fn pour(&mut self, id: ExprId, typed: ExprId, source: Source, collection: &Place) {
+    /// Puts what a source gives into a collection, whose type is that of an expression; with the number that the first one of them has
+    /// there, if that is known.
+    fn pour(&mut self, id: ExprId, typed: ExprId, source: Source, (collection, first): (&Place, Option<u64>)) {
         let is_keyed = is_map(self.ty(typed).peel());
+        if let (Item::Element(place), Rounds::Constant(count @ ..=MOST_NUMBERED), Some(first)) =
+            (&source.item, &source.rounds, first.filter(|_| !is_keyed))
+            && source.stages.is_empty()
+            && !source.passes()
+            && source.in_order != source.counts_down
+            && place.base_var().is_some_and(|var| self.is_collection_of_references(&self.graph.var(var).ty))
+            && place.steps.is_empty()
+        {
+            for number in 0..*count {
+                let from = if source.counts_down { count - 1 - number } else { number };
+                let value = Value { place: Some(place.element(IndexKey::Number(from))), ..Value::default() };
+                self.place_part(collection.element(IndexKey::Number(first + number)), &value, typed);
+            }
+            return;
+        }
         let new = collection.element(IndexKey::Data("the new element".into()));
         self.run_loop(CycleKind::Closure, self.span(id), None, source, |this, item, _| {
             let place = if is_keyed { item.place.as_ref().map(|pair| pair.field("1")) } else { item.place.clone() };
@@ -156,7 +186,7 @@ impl Builder<'_> {
         if is_such {
             let taken = self.emptied_collection(collection.clone(), ty, self.span(id));
             let source = Source { item: Item::Element(taken), ..Source::bounded() };
-            self.pour(id, receiver, source, collection);
+            self.pour(id, receiver, source, (collection, None));
         }
         is_such
     }
@@ -179,7 +209,7 @@ impl Builder<'_> {
         Some(Source { item: Item::Element(drained), ..Source::bounded() })
     }
 
-    fn is_full_range(&self, args: &[ExprId]) -> bool {
+    pub(super) fn is_full_range(&self, args: &[ExprId]) -> bool {
         let kind = |arg: &ExprId| &self.body().expr(*arg).kind;
         matches!(args, [arg] if matches!(kind(arg), ExprKind::Range { start: None, end: None, .. }))
     }
@@ -217,13 +247,24 @@ impl Builder<'_> {
         }
         let drained = self.emptied_collection(Place::var(var), ty, self.span(popped));
         let item = Item::Element(drained);
-        let source = Source { item: item.clone(), text: self.text(popped), ..Source::bounded() };
+        let (is_filled, text) = (self.is_surely_entered(popped), self.text(popped));
+        let source = Source { item: item.clone(), is_filled, text, ..Source::bounded() };
         let inner = *inner;
         self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
             this.bind_item(this_loop, inner, &item, &value);
             this.expr(body);
         });
         true
+    }
+
+    /// Whether a variable refers to what refers to filters itself: `let slot = &mut self.slots[0];`
+    pub(super) fn refers_to_references(&self, var: Var) -> bool {
+        matches!(&self.graph.var(var).ty, Ty::Ref(true, inner) if self.program.index.refers_to_filters(inner))
+    }
+
+    /// Whether a value of the type is an option that refers to a filter, if there is one.
+    pub(super) fn is_option_of_references(&self, ty: &Ty) -> bool {
+        ty.external_name() == Some("Option") && self.program.index.refers_to_filters(ty)
     }
 
     /// Whether a value of the type is a collection whose elements refer to filters.

@@ -2,7 +2,7 @@
 
 use super::Builder;
 use super::constants::Constants;
-use crate::flow::{Assignment, Effect, Head, Transfer};
+use crate::flow::{Assignment, Effect, Head, Place, Transfer, Var};
 use crate::index::{Def, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
@@ -28,12 +28,33 @@ impl Builder<'_> {
         }
     }
 
+    /// A variable has got what a constructor makes: whether something is in its options of references is known as far as the code there
+    /// writes it.
+    pub(super) fn made_options(&mut self, var: Var, value: ExprId, span: Span) {
+        let is_call = matches!(self.body().expr(value).kind, ExprKind::Call { .. });
+        if !is_call || !matches!(self.ty(value), Ty::Adt(..)) || !self.program.index.refers_to_filters(self.ty(value)) {
+            return;
+        }
+        for (name, head) in self.made_with(value, &|ty| self.is_option_of_references(ty)) {
+            let place = Place::var(var).field(&name);
+            // What it refers to has come with the whole.
+            let from = Some(place.clone());
+            let given =
+                Assignment { place, from, transfer: Transfer::Borrow, rebinds: true, head: Some(head), same_as: None };
+            self.emit(Effect::Set(Box::new(given)), span);
+        }
+    }
+
     /// The fields of a struct or tuple that are states, with the heads that its literal gives them: here, or at the end of the function that
     /// is called.
     fn made_states(&self, value: ExprId) -> Vec<(String, Head)> {
+        self.made_with(value, &|ty| self.is_state(ty))
+    }
+
+    fn made_with(&self, value: ExprId, is_asked: &dyn Fn(&Ty) -> bool) -> Vec<(String, Head)> {
         let here = self.constants();
         if matches!(here.body.expr(value).kind, ExprKind::Struct { .. } | ExprKind::Tuple(_)) {
-            return self.written_states(here, value);
+            return written(here, value, is_asked);
         }
         let Some(target) = self.only_target(value) else { return Vec::new() };
         let function = &self.program.index.function(target).function;
@@ -46,22 +67,23 @@ impl Builder<'_> {
             let Some(tail) = block.tail else { return Vec::new() };
             at = tail;
         }
-        self.written_states(Constants { program: self.program, body, typed }, at)
+        written(Constants { program: self.program, body, typed }, at, is_asked)
     }
+}
 
-    fn written_states(&self, of: Constants<'_>, literal: ExprId) -> Vec<(String, Head)> {
-        let parts: Vec<(String, ExprId)> = match &of.body.expr(literal).kind {
-            ExprKind::Struct { fields, .. } => fields.clone(),
-            ExprKind::Tuple(parts) => parts.iter().enumerate().map(|(at, part)| (at.to_string(), *part)).collect(),
-            _ => return Vec::new(),
-        };
-        // The fields of a variant lie behind its name.
-        if matches!(of.typed.expr_def.get(&literal), Some(Def::Variant(..))) {
-            return Vec::new();
-        }
-        let states = parts.into_iter().filter(|(_, field)| self.is_state(of.typed.ty(*field)));
-        states.filter_map(|(name, field)| Some((name, of.head(field)?))).collect()
+/// The fields of a literal whose types are asked for, with the heads that they are given.
+fn written(of: Constants<'_>, literal: ExprId, is_asked: &dyn Fn(&Ty) -> bool) -> Vec<(String, Head)> {
+    let parts: Vec<(String, ExprId)> = match &of.body.expr(literal).kind {
+        ExprKind::Struct { fields, .. } => fields.clone(),
+        ExprKind::Tuple(parts) => parts.iter().enumerate().map(|(at, part)| (at.to_string(), *part)).collect(),
+        _ => return Vec::new(),
+    };
+    // The fields of a variant lie behind its name.
+    if matches!(of.typed.expr_def.get(&literal), Some(Def::Variant(..))) {
+        return Vec::new();
     }
+    let asked = parts.into_iter().filter(|(_, field)| is_asked(of.typed.ty(*field)));
+    asked.filter_map(|(name, field)| Some((name, of.head(field)?))).collect()
 }
 
 /// Whether a function may give back something else than what stands at its end.

@@ -147,6 +147,8 @@ pub(super) struct Source {
     pub(super) is_choice: bool,
     /// Whether some of its items were taken before, and which ones are left is not known.
     pub(super) is_advanced: bool,
+    /// Whether it gives one item at least.
+    pub(super) is_filled: bool,
     /// The innermost loop in which it was made.
     pub(super) made_in: Option<LoopId>,
     pub(super) text: String,
@@ -351,6 +353,7 @@ impl Source {
             stages: Vec::new(),
             is_choice: false,
             is_advanced: false,
+            is_filled: false,
             made_in: None,
             text: String::new(),
             reads: Vec::new(),

@@ -47,7 +47,21 @@ impl Builder<'_> {
 
     /// A subject that has all heads of an expression's type.
     pub(super) fn state_subject(&mut self, pure: Pure, like: ExprId) {
-        let total = self.total_heads(self.ty(like));
+        self.subject_of_type(pure, &self.ty(like).clone());
+    }
+
+    /// Whether something is in an option of a reference may be asked where that goes, and is known by its place.
+    pub(super) fn may_be_asked(&mut self, place: &Place, goes_to: Var) {
+        let ty = self.graph.var(goes_to).ty.clone();
+        if self.is_option_of_references(&ty) {
+            for place in [place.clone(), Place::var(goes_to)] {
+                self.subject_of_type(pure_place(place), &ty);
+            }
+        }
+    }
+
+    fn subject_of_type(&mut self, pure: Pure, ty: &Ty) {
+        let total = self.total_heads(ty);
         let id = self.subject(pure, total.clone());
         for head in total.iter().flatten() {
             self.head_bit(id, head);

@@ -218,6 +218,7 @@ impl Builder<'_> {
             self.note_copy(init);
             if let [var] = bound.as_slice() {
                 self.copy_parts(&value, &Place::var(*var), span);
+                self.made_options(*var, init, span);
                 let is_fixed = matches!(self.body().pat(pat).kind, PatKind::Bind { mutable: false, .. });
                 if is_fixed && self.pure(init).is_some_and(|pure| pure.reads.is_empty()) {
                     self.graph.constants.insert(*var);

@@ -861,6 +861,7 @@ impl Builder<'_> {
             in_order: source.in_order && !source.passes(),
             counts_down: source.counts_down,
             drains: source.drains,
+            is_entered: source.is_filled,
             limits: source.limits.clone(),
             ..self.plain_loop(kind, keyword, rounds, source.text.clone())
         };
@@ -898,7 +899,7 @@ impl Builder<'_> {
         self.jump(head);
         // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
         let info = self.graph.loop_info(id);
-        let has_round = matches!(info.rounds, Rounds::Constant(1..)) && !info.passes_over;
+        let has_round = (matches!(info.rounds, Rounds::Constant(1..)) || info.is_entered) && !info.passes_over;
         let goes_on = self.graph.nodes[round.0 as usize..].iter().any(|node| node.next.contains(&head));
         if goes_on || !has_round {
             self.link(head, after);

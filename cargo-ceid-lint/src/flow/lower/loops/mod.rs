@@ -1,6 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 mod counting;
+mod filled;
 mod once_or_never;
 
 use rustc_hash::FxHashMap;
@@ -129,6 +130,7 @@ impl Builder<'_> {
             passes_over: false,
             in_order: false,
             drains: false,
+            is_entered: false,
             is_lent: false,
             goes_round: self.is_foreign(),
             is_foreign: self.is_foreign(),
@@ -332,7 +334,9 @@ impl Builder<'_> {
         }
         let asked = self.asks_for_round(iterable).filter(|_| self.at.is_some());
         let never = asked.map(|var| self.ask_for_round(var, iterable));
+        let is_filled = self.is_surely_entered(iterable);
         let mut source = self.source(iterable);
+        source.is_filled = is_filled;
         if asked.is_some() {
             (source.rounds, source.limits) = (Rounds::Constant(1), Vec::new());
         }
