@@ -84,6 +84,9 @@ impl Builder<'_> {
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.method_value(id, receiver, method, args);
         self.note_filled_by(receiver, method, args);
+        if !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_))) {
+            self.note_provided(receiver, method);
+        }
         if value.same_as.is_some() && self.option_taken(id).is_some() {
             return value;
         }
@@ -240,6 +243,7 @@ impl Builder<'_> {
         }
         self.lose_to_foreign(resolved, exprs, values, id);
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
+        self.note_lent_for_longer(id, &resolved.targets, exprs);
         self.keep_handles(id, exprs, values);
         self.give_away(id, &resolved.targets, exprs, values);
         self.give_destructors(&resolved.targets, exprs, values, span);
