@@ -6,6 +6,7 @@ use super::aliases::Aliases;
 use super::derived::Derived;
 use super::fed::{is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
+use super::given_away::is_given_away;
 use super::search::{Region, Search};
 use super::summary::Summaries;
 use super::waits;
@@ -141,19 +142,6 @@ pub(super) fn choose_cycles(
         sample_loops,
         waits,
     }
-}
-
-/// Whether the function was given the instance itself, and no reference to it: a state that it takes and gives back is not the one
-/// that it is called with the next time.
-fn is_given_away(search: &Search<'_>, graph: &ControlFlowGraph, instance: &Place) -> bool {
-    let Some(info) = instance.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some()) else {
-        return false;
-    };
-    let index = search.program.index;
-    // What a field leads to may be someone else's, and what the function hands to a thread or does in rounds goes on.
-    let is_owned =
-        |ty: &Ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(ty).is_some() && index.returned_spec(ty).is_none();
-    instance.steps.is_empty() && is_owned(&info.ty) && graph.loops.is_empty()
 }
 
 /// The cycle of one update among the loops around it, innermost first.

@@ -29,6 +29,7 @@ mod functions;
 mod gates;
 mod generic_cycles;
 mod given;
+mod given_away;
 mod given_heads;
 mod guards;
 mod handed;

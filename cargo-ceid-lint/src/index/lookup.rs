@@ -139,6 +139,22 @@ impl Index {
         }
     }
 
+    /// Whether the type implements a trait of a crate that is not read by methods that may change a value: other methods, which that
+    /// trait provides, may run these.
+    #[must_use]
+    pub fn implements_what_is_not_read(&self, ty: &Ty) -> bool {
+        let changes = |method: &FunctionId| {
+            self.function(*method).function.receiver == Some(crate::syntax::tree::Receiver::Exclusive)
+        };
+        self.impls_of(ty).into_iter().map(|id| self.impl_def(id)).any(|def| match &def.implements {
+            Some(TraitName::External(path)) => {
+                let provides = !(path.ends_with("Assign") || path.ends_with("Mut") || path.ends_with("::Drop"));
+                provides && def.methods.values().any(changes)
+            }
+            _ => false,
+        })
+    }
+
     /// Whether the type implements the trait, as far as the analysed code tells.
     #[must_use]
     pub fn implements(&self, ty: &Ty, name: &TraitName) -> bool {

@@ -30,6 +30,26 @@ impl Index {
         }
     }
 
+    /// Whether a value of a type may hold a reference by which something is written.
+    #[must_use]
+    pub fn holds_writer(&self, ty: &Ty) -> bool {
+        self.may_write(ty, &mut BTreeSet::new())
+    }
+
+    fn may_write(&self, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> bool {
+        match ty {
+            Ty::Ref(is_mutable, inner) => *is_mutable || self.may_write(inner, seen),
+            Ty::Array(inner, _) | Ty::Slice(inner) => self.may_write(inner, seen),
+            Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(|part| self.may_write(part, seen)),
+            Ty::Adt(id, args) => {
+                args.iter().any(|arg| self.may_write(arg, seen))
+                    || seen.insert(*id) && self.field_types(ty).iter().any(|field| self.may_write(field, seen))
+            }
+            Ty::Opaque(_) | Ty::Closure(_) => true,
+            _ => false,
+        }
+    }
+
     /// The types of the fields of a type of the analysed code, of all its variants.
     #[must_use]
     pub fn field_types(&self, ty: &Ty) -> Vec<Ty> {

@@ -39,6 +39,10 @@ pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> 
                         let text = "which may be that of a type that shares";
                         return Some(format!("calls {}, {text} {part} with others", called(program, body, *call)));
                     }
+                    // The impls that are known need not be all.
+                    if is_open(&resolved.self_ty) && lends_open(body, typed, *call) {
+                        return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
+                    }
                     open.extend(&resolved.targets);
                 }
                 Callee::External(path) if is_outside_world(path) => return Some(format!("calls `{path}`")),
@@ -110,15 +114,11 @@ fn is_unseen(program: &Program<'_>, body: &Body, typed: &TypedBody, call: ExprId
     let has_code = |target: &FunctionId| program.index.function(*target).function.body.is_some();
     let is_foreign = |target: &FunctionId| program.index.function(*target).owner == Owner::Module;
     resolved.law.is_none()
-        && (is_open(&resolved.self_ty) && lends_open(body, typed, call)
-            || !resolved.targets.iter().any(has_code)
-                && (resolved.targets.iter().any(is_foreign)
-                    || is_of_a_value(body, typed, call)
-                    || is_open(&resolved.self_ty)))
+        && !resolved.targets.iter().any(has_code)
+        && (resolved.targets.iter().any(is_foreign) || is_of_a_value(body, typed, call) || is_open(&resolved.self_ty))
 }
 
-/// Whether a function is lent what only the type that it belongs to knows: `S::read(&self.port)`. The impls that are known need not be
-/// all.
+/// Whether a function is lent what only the type that it belongs to knows: `S::read(&self.port)`.
 fn lends_open(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
     let ExprKind::Call { args, .. } = &body.expr(call).kind else { return false };
     args.iter().any(|arg| matches!(typed.ty(*arg).peel(), Ty::Param(_) | Ty::Opaque(_)))

@@ -378,6 +378,8 @@ fn optional_method(
         "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked"
         | "into_inner" => inner.clone(),
         "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),
+        // What is cloned is what the guard opens.
+        "clone" if name == "LockResult" => inner.peel().clone(),
         "take" | "take_if" | "replace" | "ok" | "or" | "or_else" | "xor" | "filter" | "inspect" => {
             option(inner.clone())
         }

@@ -267,7 +267,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn of_named_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let about = &test.about;
         // Which number an element has is no reason why it should stand still.
-        if self.asks_own_number(test) {
+        if self.asks_own_number(test) || self.asks_which_element(test) {
             return None;
         }
         // A function that does not call its closure in this round begins no cycle of the closure.

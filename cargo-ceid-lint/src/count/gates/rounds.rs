@@ -1,10 +1,11 @@
 //! Gates of inner loops: those that may have no round, and those whose rounds all end without an update.
 
+use super::sources::is_arithmetic;
 use super::{Gates, Way};
 use crate::count::cycles::named;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, Limit, LoopId, NodeId, Place};
+use crate::flow::{Effect, Limit, LoopId, NodeId, Place, Test};
 use crate::index::Ty;
 
 impl Gates<'_, '_> {
@@ -62,6 +63,31 @@ impl Gates<'_, '_> {
             _ => false,
         };
         !reads.is_empty() && reads.iter().all(is_round) && way.nodes.iter().any(updates_other)
+    }
+
+    /// Whether a remainder or mask is asked of nothing but the number that an element has, counted anew in each iteration:
+    /// `for (i, f) in bank.iter_mut().enumerate().filter(|(i, _)| i % 2 == 0)`. It is the same in all iterations.
+    pub(super) fn asks_which_element(&self, test: &Test) -> bool {
+        let about = &test.about;
+        if !about.is_remainder && !about.is_masked {
+            return false;
+        }
+        let graph = self.search.graph;
+        let sources = self.behind(test);
+        let is_covered = |id: LoopId| self.region != Region::Loop(id) && self.search.covers(id);
+        let covered: Vec<LoopId> = (0u32..).map(LoopId).take(graph.loops.len()).filter(|id| is_covered(*id)).collect();
+        let is_within = |node: NodeId| graph.loops_around(node).any(|id| covered.contains(&id));
+        let is_of_element = |place: &&Place| {
+            self.is_own_number(place)
+                || covered
+                    .iter()
+                    .any(|id| place.base_var().is_some_and(|var| graph.loop_info(*id).bound.contains(&var)))
+                || graph.node_ids().any(|node| is_within(node) && self.counts_at(node, place))
+        };
+        let numbers: Vec<&Place> = sources.places.iter().filter(|place| self.ty(place) == Some(Ty::Int)).collect();
+        sources.calls.iter().all(|name| is_arithmetic(name))
+            && !numbers.iter().any(|place| self.outlives(place))
+            && numbers.iter().any(is_of_element)
     }
 
     /// An inner loop that may have no round: over samples that are there or not.

@@ -6,17 +6,29 @@ use rustc_hash::FxHashSet;
 
 use super::{Builder, Value};
 use crate::flow::{Effect, IndexKey, NodeId, Resized};
-use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
-use crate::types::{LocalId, TypedBody};
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, Receiver, StmtKind};
+use crate::types::{Callee, LocalId, TypedBody};
 
 /// The locals of a body that are assigned or borrowed mutably somewhere.
 pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
-    let targets = body.exprs.iter().filter_map(|expr| match &expr.kind {
-        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => Some(*place),
-        ExprKind::Reference { mutable: true, value, .. } => Some(*value),
-        _ => None,
+    let targets = body.exprs.iter().flat_map(|expr| match &expr.kind {
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => assigned_places(body, *place),
+        ExprKind::Reference { mutable: true, value, .. } => vec![*value],
+        _ => Vec::new(),
     });
     targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
+}
+
+/// The places that an assignment gives values to: the parts of what it takes apart, `(self.x, Point { y, .. }) = …`.
+pub(super) fn assigned_places(body: &Body, target: ExprId) -> Vec<ExprId> {
+    match &body.expr(target).kind {
+        ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } | ExprKind::Call { args: parts, .. } => {
+            parts.iter().flat_map(|part| assigned_places(body, *part)).collect()
+        }
+        ExprKind::Struct { fields, .. } => fields.iter().flat_map(|(_, part)| assigned_places(body, *part)).collect(),
+        _ => vec![target],
+    }
 }
 
 /// What is given to calls as it is, or taken apart by a pattern or by its fields: what happens to it there is known.
@@ -24,9 +36,11 @@ pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
     let mut found = FxHashSet::default();
     let whole = OnceCell::new();
     let is_apart = |local: &LocalId| !whole.get_or_init(|| named_as_a_whole(body, typed)).contains(local);
-    for expr in &body.exprs {
+    for (id, expr) in (0u32..).map(ExprId).zip(&body.exprs) {
         match &expr.kind {
-            ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => found.extend(args.iter().copied()),
+            ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } if is_followed(typed.callees.get(&id)) => {
+                found.extend(args.iter().copied());
+            }
             ExprKind::Match { scrutinee, .. } => found.extend([*scrutinee]),
             ExprKind::Let { value, .. } => found.extend([*value]),
             ExprKind::Block(block) => {
@@ -41,6 +55,16 @@ pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
         }
     }
     found
+}
+
+/// Whether what a call does with the references that it gets is known: what only keeps them for later leaves it to others to write by
+/// them, as a constructor, `iter::once(&mut flag)` and `Pin::new(&mut flag)` do.
+fn is_followed(callee: Option<&Callee>) -> bool {
+    match callee {
+        Some(Callee::Constructor(_) | Callee::Builtin) => false,
+        Some(Callee::External(path)) => !path.starts_with("std::") || path.starts_with("std::mem::"),
+        _ => true,
+    }
 }
 
 /// Whether what is lent to a pattern has a name only for parts of it: `let config = &mut self.config; config.gain = gain;`
@@ -76,6 +100,41 @@ impl Builder<'_> {
             && let Some(place) = self.static_place(id)
         {
             self.written_unseen(place, self.span(id));
+        }
+    }
+
+    /// What a trait of another crate provides may run what a type implements of that trait: `tones.nth(2)`, `log.write_all(b"x")`.
+    pub(super) fn note_provided(&mut self, receiver: ExprId, method: &str) {
+        if !only_reads(method) && self.program.index.implements_what_is_not_read(self.ty(receiver).peel()) {
+            self.note_lent(receiver);
+        }
+    }
+
+    /// A `&mut` that has a name goes into a value that is made: `Switch(flag)`, where `flag` is a parameter.
+    pub(super) fn note_lent_on(&mut self, expr: ExprId) {
+        let is_named = !matches!(self.body().expr(expr).kind, ExprKind::Reference { .. });
+        if is_named && matches!(self.ty(expr), Ty::Ref(true, _)) {
+            self.note_lent(expr);
+        }
+    }
+
+    /// What a call gives may hold the references that it got, and write by them later: `let mut switch = Switch::new(&mut flag);`.
+    pub(super) fn note_lent_for_longer(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId]) {
+        let index = self.program.index;
+        if !index.holds_writer(self.ty(id)) {
+            return;
+        }
+        // What a reference leads to that a method gives is followed, as is the one that is lent.
+        let lends = matches!(self.ty(id), Ty::Ref(..));
+        let is_exclusive =
+            targets.iter().any(|target| index.function(*target).function.receiver == Some(Receiver::Exclusive));
+        for expr in exprs {
+            match self.body().expr(*expr).kind {
+                ExprKind::Reference { mutable: true, value, .. } => self.note_lent(value),
+                _ if self.is_receiver(id, *expr) && is_exclusive && !lends => self.note_lent(*expr),
+                _ if !self.is_receiver(id, *expr) => self.note_lent_on(*expr),
+                _ => {}
+            }
         }
     }
 

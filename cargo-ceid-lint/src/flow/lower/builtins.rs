@@ -362,12 +362,7 @@ impl Builder<'_> {
                 let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
                 values.into_iter().next().unwrap_or_default()
             }
-            "clone"
-                if self.is_shared_handle(receiver)
-                    || self.program.index.refers_to_filters(self.ty(receiver).peel()) =>
-            {
-                Value { is_owned: false, ..value.clone() }
-            }
+            "clone" if self.clones_name(receiver) => Value { is_owned: false, ..value.clone() },
             "fill_with" if args.len() == 1 => {
                 if let Some(closure) = self.expr(args[0]).closure {
                     self.fill_loop(closure, span);
@@ -392,6 +387,16 @@ impl Builder<'_> {
             }
             _ => return None,
         })
+    }
+
+    /// Whether a clone is another name of what is there. What a guard of a cell is cloned by is what it opens: a guard has no clones.
+    fn clones_name(&self, receiver: ExprId) -> bool {
+        let index = self.program.index;
+        let ty = match self.ty(receiver).peel() {
+            Ty::External(path, args) if path.ends_with("::LockResult") => args.first().map_or(&Ty::Unknown, Ty::peel),
+            ty => ty,
+        };
+        ty.is_shared_pointer() || index.is_handle(ty) || index.refers_to_filters(ty)
     }
 
     /// Whether a clone of the type is another filter, or has the state of one.

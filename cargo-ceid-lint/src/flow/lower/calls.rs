@@ -85,6 +85,9 @@ impl Builder<'_> {
         let first = self.graph.nodes.len();
         let value = self.method_value(id, receiver, method, args);
         self.note_filled_by(receiver, method, args);
+        if !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_))) {
+            self.note_provided(receiver, method);
+        }
         if value.same_as.is_some() && self.option_taken(id).is_some() {
             return value;
         }
@@ -242,6 +245,7 @@ impl Builder<'_> {
         }
         self.lose_to_foreign(resolved, exprs, values, id);
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
+        self.note_lent_for_longer(id, &resolved.targets, exprs);
         self.keep_handles(id, exprs, values);
         self.give_away(id, &resolved.targets, exprs, values);
         self.give_destructors(&resolved.targets, exprs, values, span);

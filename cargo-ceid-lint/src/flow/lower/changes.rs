@@ -160,6 +160,8 @@ impl Builder<'_> {
     fn state_named(&mut self, value: ExprId) -> Option<Place> {
         match &self.body().expr(value).kind {
             ExprKind::Field { .. } => self.static_place(value),
+            // A copy of a variable: `let before = armed;`
+            ExprKind::Path(_) => self.static_place(value).filter(|place| place.base_var().is_some()),
             ExprKind::MethodCall { .. } => self.state_behind(value).or_else(|| self.state_in_cell(value)),
             ExprKind::Deref(_) => self.state_in_cell(value),
             _ => None,

@@ -390,6 +390,7 @@ impl Builder<'_> {
 
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
+        self.note_lent_on(expr);
         self.keep_closure_in(part.base_var(), value, self.span(expr));
         self.move_made(value.place.as_ref(), &part);
         if let (Some(guard), Some(var)) = (self.moved_guard(value), part.base_var()) {
@@ -428,16 +429,9 @@ impl Builder<'_> {
             // What an `async fn` gives is a future: it never returns where it is awaited.
             Some(Callee::Resolved(resolved)) => {
                 let is_async = resolved.targets.iter().any(|target| index.function(*target).function.is_async);
-                !is_async && self.is_of_never(id)
+                !is_async && (self.is_of_never(id) || self.program.never_returns(resolved))
             }
-            Some(Callee::External(path)) => matches!(
-                path.as_str(),
-                "std::process::exit"
-                    | "std::process::abort"
-                    | "std::panic::panic_any"
-                    | "std::panic::resume_unwind"
-                    | "std::hint::unreachable_unchecked"
-            ),
+            Some(Callee::External(path)) => crate::flow::program::is_exit(path),
             _ => false,
         }
     }

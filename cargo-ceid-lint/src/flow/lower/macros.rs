@@ -13,6 +13,7 @@ impl Builder<'_> {
                 for (number, operand) in operands.iter().enumerate() {
                     last = self.expr(*operand);
                     if number == 0 && writes_into(&macro_expr.path) {
+                        self.note_lent(*operand);
                         self.written_into(id, *operand, &last);
                     }
                 }

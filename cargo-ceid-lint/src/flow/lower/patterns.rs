@@ -31,6 +31,9 @@ struct Matched {
 impl Builder<'_> {
     pub(super) fn match_expr(&mut self, id: ExprId, scrutinee: ExprId, arms: &[Arm]) -> Value {
         let span = self.span(id);
+        if let Some((holds, fails)) = self.as_condition(scrutinee, arms) {
+            return self.if_expr(id, scrutinee, holds, Some(fails));
+        }
         let (matched, emptied) = self.matched(scrutinee);
         if self.at.is_none() {
             return Value::default();
@@ -90,6 +93,32 @@ impl Builder<'_> {
             }
         }
         self.close_join(&join)
+    }
+
+    /// What a `match` does where a condition holds, and where it does not: `match !armed { true => …, false => … }`.
+    fn as_condition(&self, scrutinee: ExprId, arms: &[Arm]) -> Option<(ExprId, ExprId)> {
+        let is_asked = match &self.body().expr(scrutinee).kind {
+            ExprKind::Not(_) | ExprKind::Binary { op: "==" | "!=" | "<" | "<=" | ">" | ">=", .. } => true,
+            ExprKind::MethodCall { method, .. } => {
+                matches!(method.as_str(), "is_some" | "is_none" | "is_ok" | "is_err" | "is_empty")
+            }
+            _ => false,
+        };
+        let [first, second] = arms else { return None };
+        let is_plain = |arm: &Arm| arm.guard.is_none() && arm.cfg.is_none();
+        if !is_asked || *self.ty(scrutinee) != Ty::Bool || !is_plain(first) || !is_plain(second) {
+            return None;
+        }
+        let asked = |arm: &Arm| match &self.body().pat(arm.pat).kind {
+            PatKind::Literal(text) if text == "true" => Some(true),
+            PatKind::Literal(text) if text == "false" => Some(false),
+            _ => None,
+        };
+        let is_rest = asked(second).is_some() || matches!(self.body().pat(second.pat).kind, PatKind::Wild);
+        match asked(first).filter(|_| is_rest)? {
+            true => Some((first.body, second.body)),
+            false => Some((second.body, first.body)),
+        }
     }
 
     /// What may hold filters and was moved into names since a node was added.

@@ -247,7 +247,10 @@ impl Builder<'_> {
             match &body.expr(at).kind {
                 ExprKind::Deref(inner) | ExprKind::Index { base: inner, .. } => at = *inner,
                 ExprKind::Path(_) => break,
-                ExprKind::Tuple(places) => return places.iter().flat_map(|place| self.assigned_vars(*place)).collect(),
+                ExprKind::Tuple(_) | ExprKind::Struct { .. } => {
+                    let places = super::borrowed::assigned_places(body, at);
+                    return places.into_iter().flat_map(|place| self.assigned_vars(place)).collect();
+                }
                 _ => return Vec::new(),
             }
         }
@@ -343,6 +346,15 @@ impl Builder<'_> {
                     let part = value.place.as_ref().map(|place| place.field(&number.to_string()));
                     let part = Value { place: part, is_owned: true, ..Value::default() };
                     self.assign_to(*place, &part, source, span);
+                }
+                return;
+            }
+            ExprKind::Struct { fields, .. } => {
+                let is_variant = matches!(self.typed().expr_def.get(&target), Some(Def::Variant(..)));
+                for (name, field) in fields {
+                    let part = value.place.as_ref().filter(|_| !is_variant).map(|place| place.field(name));
+                    let part = Value { place: part, is_owned: true, ..Value::default() };
+                    self.assign_to(*field, &part, source, span);
                 }
                 return;
             }

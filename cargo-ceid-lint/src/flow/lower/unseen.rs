@@ -106,7 +106,8 @@ impl Builder<'_> {
             || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
         let index = self.program.index;
         let is_seen = index.opaque_items.is_empty() && !index.has_blanket_method(method);
-        let is_own = matches!(ty, Ty::Adt(..)) && is_seen && !self.draws_by_itself(ty);
+        let is_own =
+            matches!(ty, Ty::Adt(..)) && is_seen && !self.draws_by_itself(ty) && !index.implements_what_is_not_read(ty);
         // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
         let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         if matches!(method, "into" | "try_into") && value.is_owned {

@@ -1,14 +1,18 @@
 //! What is known of the code before any of it is a graph.
 
 mod callables;
+mod endless;
 
 use callables::Callables;
+use rustc_hash::FxHashSet;
 
 use crate::index::{BodyOwner, FunctionId, Index};
 use crate::parallel::Cores;
 use crate::source::{SourceMap, Span};
 use crate::syntax::{CycleDirective, Directives};
-use crate::types::TypedBody;
+use crate::types::{Resolved, TypedBody};
+
+pub(super) use endless::is_exit;
 
 /// What the lowering may ask.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +23,8 @@ pub struct Program<'a> {
     pub bodies: &'a [Option<TypedBody>],
     /// What may stand behind values that are only called.
     pub callables: &'a Callables,
+    /// The functions that never come back.
+    endless: &'a FxHashSet<FunctionId>,
     /// The text of the sources, for messages.
     pub sources: &'a SourceMap,
     /// What comments say of loops, functions and gates.
@@ -34,6 +40,12 @@ impl<'a> Program<'a> {
         self.bodies.get(self.index.origin(id).0 as usize)?.as_ref()
     }
 
+    /// Whether no way leads back out of what a call runs.
+    #[must_use]
+    pub fn never_returns(&self, resolved: &Resolved) -> bool {
+        endless::runs_endless(self.index, self.endless, resolved)
+    }
+
     /// What a comment says of the cycle or gate at a place.
     #[must_use]
     pub fn directive(&self, place: Span) -> Option<CycleDirective> {
@@ -46,6 +58,7 @@ impl<'a> Program<'a> {
 pub struct Inferred {
     bodies: Vec<Option<TypedBody>>,
     callables: Callables,
+    endless: FxHashSet<FunctionId>,
 }
 
 impl Inferred {
@@ -56,7 +69,8 @@ impl Inferred {
         let infer = |at: usize| crate::types::infer(index, BodyOwner::Function(functions[at]));
         let bodies = cores.deeply(functions.len(), infer);
         let callables = Callables::of(index, &bodies, sources);
-        Self { bodies, callables }
+        let endless = endless::endless(index, &bodies);
+        Self { bodies, callables, endless }
     }
 
     /// What the lowering may ask of these bodies.
@@ -68,6 +82,14 @@ impl Inferred {
         directives: &'a Directives,
         cores: Cores,
     ) -> Program<'a> {
-        Program { index, bodies: &self.bodies, callables: &self.callables, sources, directives, cores }
+        Program {
+            index,
+            bodies: &self.bodies,
+            callables: &self.callables,
+            endless: &self.endless,
+            sources,
+            directives,
+            cores,
+        }
     }
 }

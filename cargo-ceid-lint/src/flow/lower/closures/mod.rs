@@ -380,7 +380,10 @@ pub(super) fn is_named(body: &Body, id: ExprId) -> bool {
 /// The locals of a body that are given a value in several places.
 pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
     let assigned = body.exprs.iter().flat_map(|expr| match &expr.kind {
-        ExprKind::Assign { place, .. } => typed.expr_local.get(place).copied().into_iter().collect(),
+        ExprKind::Assign { place, .. } => {
+            let places = super::borrowed::assigned_places(body, *place);
+            places.iter().filter_map(|place| typed.expr_local.get(place).copied()).collect()
+        }
         ExprKind::Block(block) => {
             let begins = |stmt: &Stmt| match &stmt.kind {
                 StmtKind::Let { pat, init: Some(_), .. } => typed.pat_local.get(pat).copied(),

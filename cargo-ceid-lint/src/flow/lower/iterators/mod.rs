@@ -408,6 +408,7 @@ impl Builder<'_> {
         if matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty()) {
             return self.collection(id, false);
         }
+        self.note_provided(receiver, method);
         match method {
             "rev" => self.source(receiver).reversed(),
             "into_iter" | "into_par_iter" | "par_bridge" | "peekable" | "fuse" | "unwrap" => self.source(receiver),

@@ -130,10 +130,7 @@ impl<'p, 'a> Method<'p, 'a> {
                         return None;
                     }
                     // `(self.x, self.y) = (x, y)`
-                    let parts = match &self.body.expr(*place).kind {
-                        ExprKind::Tuple(parts) => parts.as_slice(),
-                        _ => std::slice::from_ref(place),
-                    };
+                    let parts = super::borrowed::assigned_places(self.body, *place);
                     fields.extend(parts.iter().filter_map(|part| self.field(*part)).map(str::to_owned));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => {

@@ -174,10 +174,7 @@ impl Method<'_, '_> {
                     if self.is_self(*place) {
                         return None;
                     }
-                    let places = match &self.body.expr(*place).kind {
-                        ExprKind::Tuple(places) => places.as_slice(),
-                        _ => std::slice::from_ref(place),
-                    };
+                    let places = super::super::borrowed::assigned_places(self.body, *place);
                     found.extend(places.iter().filter_map(|place| part(*place)));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => found.extend(part(*value)),
