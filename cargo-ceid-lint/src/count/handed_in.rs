@@ -7,6 +7,7 @@ use super::aliases::Aliases;
 use super::callgraph;
 use super::declared::declared_ty;
 use super::given::{Given, GivenBase, given, place_of};
+use super::referred;
 use super::summary::Summaries;
 use crate::flow::{
     About, Assignment, CallSite, Cause, ControlFlowGraph, Effect, Head, Node, NodeId, Place, Projection, Test,
@@ -77,7 +78,10 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
         let (Effect::Set(set) | Effect::Write(set)) = &graph.node(id).effect else { continue };
         let is_change = graph.pointed.contains(&id);
         let parts = set.from.as_ref().map(|from| aliases.parts(from)).unwrap_or_default();
-        if parts.is_empty() && !is_change || set.from.as_ref() == Some(&set.place) {
+        if parts.is_empty() && !is_change
+            || set.from.as_ref() == Some(&set.place)
+            || referred::is_of_variables(index, graph, id, set)
+        {
             continue;
         }
         let to = lent_places(index, graph, &aliases, id, &parts);

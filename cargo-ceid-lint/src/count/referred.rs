@@ -1,6 +1,6 @@
 //! Variables that refer to what refers to filters itself: `let slot = &mut self.slots[0]; *slot = Some(&mut lag);`
 
-use crate::flow::{ControlFlowGraph, Effect, Place};
+use crate::flow::{Assignment, ControlFlowGraph, Effect, NodeId, Place};
 use crate::index::{Index, Ty};
 
 /// The other names of a place of references, where it is reached by such a variable.
@@ -22,4 +22,15 @@ pub(super) fn led_to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> 
     all.sort();
     all.dedup();
     all
+}
+
+/// Whether a node gives nothing but variables of the function another reference, by what refers to these:
+/// `let slot = &mut now; *slot = &mut *other;`
+pub(super) fn is_of_variables(index: &Index, graph: &ControlFlowGraph, node: NodeId, set: &Assignment) -> bool {
+    let is_variable = |place: &Place| {
+        let info = place.base_var().map(|var| graph.var(var));
+        info.is_some_and(|info| info.param.is_none() && (place.steps.is_empty() || !matches!(info.ty, Ty::Ref(..))))
+    };
+    let led_to = led_to(index, graph, &set.place);
+    graph.pointed.contains(&node) && !led_to.is_empty() && led_to.iter().all(is_variable)
 }

@@ -28,7 +28,7 @@ use super::slice::ControlDependence;
 use super::stand_ins;
 use super::turns;
 use super::uneven;
-use super::{handed, kept, moves};
+use super::{handed, kept, moves, referred};
 use crate::flow::{
     CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var,
 };
@@ -240,6 +240,7 @@ impl Summaries {
                     .filter(|place| !self.leaves_alone(graph, &aliases, id, place))
                     .for_each(|place| note_unknown(graph, &aliases, place, cause, &mut unknown)),
                 Effect::Call(site) => self.add_call(graph, &aliases, site, &mut summary, &mut touched, &mut unknown),
+                Effect::Write(write) if referred::is_of_variables(program.index, graph, id, write) => {}
                 Effect::Write(write) => {
                     note(graph, &aliases, &write.place, &mut summary.writes);
                     let written = aliases.shared_roots(&write.place);

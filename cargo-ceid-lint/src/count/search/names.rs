@@ -6,8 +6,8 @@ use crate::count::aliases::Aliases;
 use crate::count::given::given;
 use crate::count::instances::place_ty;
 use crate::flow::{
-    Assignment, CallSite, Cause, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection,
-    Relation, Rounds, Section, Transfer, Var,
+    Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
+    Rounds, Section, Transfer, Var,
 };
 use crate::index::{Index, Ty};
 use std::collections::BTreeMap;
@@ -56,23 +56,6 @@ impl Search<'_> {
         kept.sort();
         kept.dedup();
         (kept, replaced)
-    }
-
-    /// Why what is given to a place may be the instance or not: it is one of several references, and data says which.
-    pub(super) fn chosen_of(
-        &self,
-        names: &[Place],
-        set: &Assignment,
-        value: &dyn Fn(Var) -> Option<u64>,
-    ) -> Option<Cause> {
-        let from = set.from.as_ref().filter(|_| set.transfer != Transfer::Copy)?;
-        let is_reference =
-            |name: &Place| name.base != self.instance.base && name.steps.iter().any(|step| step.key().is_some());
-        let relation = |name: &Place| from.relate(name, value);
-        let is_chosen = |name: &&Place| is_reference(name) && matches!(relation(name), Relation::MayHold(..));
-        let is_told = names.iter().any(|name| matches!(relation(name), Relation::Holds(_)));
-        (!is_told && names.iter().any(|name| is_chosen(&name)))
-            .then(|| Cause::Index(self.graph.place_name(self.program.index, from)))
     }
 
     /// Whether an instance with these names is no longer in its own place, but in another one that a caller knows.
@@ -186,7 +169,8 @@ impl Search<'_> {
         })
     }
 
-    /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order.
+    /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order, or the other
+    /// way round.
     pub(super) fn rounds_before(&self, names: &[Place], id: LoopId) -> Option<u64> {
         let info = self.graph.loop_info(id);
         let number = |source: &Place, name: &Place| {
@@ -200,8 +184,19 @@ impl Search<'_> {
                 _ => None,
             }
         };
-        let items = info.items.iter().filter(|_| info.in_order);
-        items.flat_map(|(_, source)| names.iter().filter_map(move |name| number(source, name))).next()
+        let before = info
+            .items
+            .iter()
+            .flat_map(|(_, source)| names.iter().filter_map(move |name| number(source, name)))
+            .next()?;
+        match info.rounds {
+            _ if info.in_order => Some(before),
+            // One flag tells of all the items of a round, and of the counter beside them.
+            Rounds::Constant(count) if info.counts_down && info.counter.is_none() && !info.passes_over => {
+                count.checked_sub(before + 1)
+            }
+            _ => None,
+        }
     }
 
     /// The names in the round that is the instance's own.

@@ -6,7 +6,7 @@ use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::declared::declared_ty;
 use crate::count::referred;
-use crate::flow::{Assignment, Cause, Effect, NodeId, Place, Relation, Var};
+use crate::flow::{Assignment, Cause, Effect, NodeId, Place, Relation, Transfer, Var};
 
 /// How many references are followed that lead to one another.
 const MOST: usize = 8;
@@ -34,6 +34,32 @@ impl Search<'_> {
     pub(super) fn refers(&self, place: &Place) -> bool {
         let ty = declared_ty(self.program.index, self.graph, place);
         ty.is_some_and(|ty| self.program.index.refers_to_filters(&ty))
+    }
+
+    /// Why what is given to a place may be the instance or not: it is one of several references, and data says which.
+    pub(super) fn chosen_of(
+        &self,
+        names: &[Place],
+        set: &Assignment,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> Option<Cause> {
+        self.chosen_from(names, set.from.as_ref().filter(|_| set.transfer != Transfer::Copy)?, value)
+    }
+
+    /// The same of a place.
+    pub(super) fn chosen_from(
+        &self,
+        names: &[Place],
+        from: &Place,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> Option<Cause> {
+        let is_reference =
+            |name: &Place| name.base != self.instance.base && name.steps.iter().any(|step| step.key().is_some());
+        let relation = |name: &Place| from.relate(name, value);
+        let is_chosen = |name: &&Place| is_reference(name) && matches!(relation(name), Relation::MayHold(..));
+        let is_told = names.iter().any(|name| matches!(relation(name), Relation::Holds(_)));
+        (!is_told && names.iter().any(|name| is_chosen(&name)))
+            .then(|| Cause::Index(self.graph.place_name(self.program.index, from)))
     }
 
     /// Why another reference may be in the place of one to the instance, or in that of another: data says which.

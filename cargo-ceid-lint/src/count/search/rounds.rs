@@ -22,6 +22,10 @@ impl Run<'_, '_> {
         let mut rounds = self.rounds.get(state.rounds).clone();
         let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
         let is_region = self.region == Region::Loop(id);
+        let state = match self.chosen_in(&state, &plain, id).filter(|_| !is_region && self.updates_in(id)) {
+            Some(cause) => State { unknown: Some(self.cause(&cause)), ..state },
+            None => state,
+        };
         if self.search.covers(id) && !is_region {
             let own = self.search.with_items(&plain, id);
             let own = self.names.intern(own);
@@ -121,6 +125,14 @@ impl Run<'_, '_> {
         for to in rest {
             self.follow(at, state.clone(), *to);
         }
+    }
+
+    /// Why the items of a loop may be the instance or not: they are some of several references, and data says which.
+    fn chosen_in(&self, state: &State, names: &[Place], id: LoopId) -> Option<Cause> {
+        let sources = self.search.graph.loop_info(id).items.iter().map(|(_, source)| source);
+        let number = |var| self.number(state, var);
+        let cause = sources.into_iter().find_map(|source| self.search.chosen_from(names, source, &number))?;
+        (self.search.with_items(names, id).len() == names.len()).then_some(cause)
     }
 
     /// What is known in the next round of the same element, which is one of the next iteration: what that gives anew may be anything.

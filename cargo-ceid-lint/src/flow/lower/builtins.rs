@@ -328,10 +328,11 @@ impl Builder<'_> {
                 ..Value::default()
             },
             "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
-                let last = match self.ty(receiver).peel() {
-                    Ty::Array(_, length) => length.value.and_then(|length| length.checked_sub(1)),
-                    _ => None,
+                let count = match self.ty(receiver).peel() {
+                    Ty::Array(_, length) => length.value,
+                    _ => self.next_number(receiver),
                 };
+                let last = count.and_then(|count| count.checked_sub(1));
                 let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
                 let head = self.has_elements(receiver).then(|| "+".to_owned());
                 Value { place: value.place.as_ref().map(|place| place.element(key)), head, ..Value::default() }

@@ -15,6 +15,14 @@ impl Builder<'_> {
         if let [left, right] = values.as_slice()
             && let (Some(a), Some(b)) = (left.place.clone(), right.place.clone())
         {
+            if [&a, &b].into_iter().any(|place| self.is_lent_by_call(place)) {
+                // Which place that is, the names of its value do not tell: they would stay where they are.
+                let cause = Cause::Code(format!("what changes places by `{}`", self.text(id)));
+                self.emit(Effect::Unknown { places: vec![a.clone(), b.clone()], cause }, span);
+                self.written_unseen(a, span);
+                self.written_unseen(b, span);
+                return Value::default();
+            }
             let given = [args[1], args[0]].map(Some);
             self.exchange([&a, &b], given, self.ty(args[0]).peel().clone(), span);
         } else {
@@ -24,6 +32,12 @@ impl Builder<'_> {
             }
         }
         Value::default()
+    }
+
+    /// Whether a place is what a call or an index of the analysed code leads to: `mem::swap(&mut self.pool[key], &mut self.spare)`.
+    fn is_lent_by_call(&self, place: &Place) -> bool {
+        let info = place.base_var().map(|var| self.graph.var(var));
+        info.is_some_and(|info| info.name.is_empty() && info.param.is_none())
     }
 
     /// `(a, b) = (b, a)` is the same. Answers whether an assignment is one.

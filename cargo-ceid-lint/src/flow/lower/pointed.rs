@@ -205,8 +205,9 @@ impl Builder<'_> {
         if self.at.is_none() || is_map(&ty) || !self.is_full_range(args) || !self.is_collection_of_references(&ty) {
             return None;
         }
+        let rounds = self.next_number(receiver).map_or(Rounds::Bounded, Rounds::Constant);
         let drained = self.emptied_collection(place.clone(), ty, span);
-        Some(Source { item: Item::Element(drained), ..Source::bounded() })
+        Some(Source { item: Item::Element(drained), rounds, ..Source::bounded() })
     }
 
     pub(super) fn is_full_range(&self, args: &[ExprId]) -> bool {
@@ -237,18 +238,30 @@ impl Builder<'_> {
         if self.at.is_none() || !args.is_empty() || is_map(&ty) || !self.is_collection_of_references(&ty) {
             return false;
         }
-        let is_left = tree.within(body).any(|id| {
+        let is_kept = tree.within(body).any(|id| {
             matches!(tree.expr(id).kind, ExprKind::Break { .. }) || self.typed().expr_local.get(&id) == Some(&local)
+        });
+        let is_left = tree.within(body).any(|id| {
+            let kind = &tree.expr(id).kind;
+            matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Continue { label: Some(_) })
         });
         let var = self.var_of(local);
         let info = self.graph.var(var);
-        if is_left || info.param.is_some() || info.in_loop != self.loops.last().copied() {
+        if is_kept || info.param.is_some() || info.in_loop != self.loops.last().copied() {
             return false;
         }
+        // Which of them were taken before the others tells how many there are.
+        let count = self.next_number(*receiver);
+        if is_left && count.is_none() {
+            return false;
+        }
+        let from_the_end = method != "pop_front";
         let drained = self.emptied_collection(Place::var(var), ty, self.span(popped));
         let item = Item::Element(drained);
         let (is_filled, text) = (self.is_surely_entered(popped), self.text(popped));
-        let source = Source { item: item.clone(), is_filled, text, ..Source::bounded() };
+        let rounds = count.map_or(Rounds::Bounded, Rounds::Constant);
+        let source = Source { item: item.clone(), rounds, is_filled, text, ..Source::bounded() };
+        let source = if from_the_end { source.reversed() } else { source };
         let inner = *inner;
         self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
             this.bind_item(this_loop, inner, &item, &value);

@@ -258,6 +258,12 @@ impl Source {
         }
         let is_plain = !self.passes() && !is_step;
         let rest = match (&self.item, &self.rounds) {
+            // Of a row whose elements are told apart, it is not followed which ones these are.
+            (Item::Element(place), Rounds::Constant(_)) if is_step && number != Some(1) => {
+                self.item = Item::Element(place.slice(Section::unknown(method)));
+                self.in_order = false;
+                return self;
+            }
             _ if self.in_order => self.item.cut(&Section::skipped(number)),
             // The rounds are those that are left.
             (Item::Element(place), Rounds::Constant(left)) if self.counts_down && number.is_some() => {

@@ -92,8 +92,7 @@ impl Builder<'_> {
                     Some(place) if self.may_hold_filter(self.ty(id)) => Item::Element(place),
                     _ => self.first_of_row(elements).map_or(Item::Opaque, |first| Item::Counter(Some(first))),
                 };
-                let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
-                Source { item, rounds, ..Source::bounded() }
+                Source { item, rounds: Rounds::Constant(count), ..Source::bounded() }
             }
             _ => self.collection(id, is_lent),
         };
@@ -189,7 +188,7 @@ impl Builder<'_> {
             match ty {
                 Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                 _ if is_optional => Rounds::Constant(1),
-                _ => Rounds::Bounded,
+                _ => self.next_number(id).map_or(Rounds::Bounded, Rounds::Constant),
             }
         };
         let length = match ty {
@@ -330,7 +329,11 @@ impl Builder<'_> {
             Rounds::Constant(_) if source.rounds != rounds => source.uncounted(),
             _ => source,
         });
-        let counts_down = if source.item.has_counter() { source.counts_down } else { other.counts_down };
+        let counts_down = match (source.item.has_counter(), other.item.has_counter()) {
+            (true, _) => source.counts_down,
+            (false, true) => other.counts_down,
+            (false, false) => source.counts_down && other.counts_down,
+        };
         let [source, other] = [source, other].map(|source| match may_end_first {
             true => source.cut_somewhere(".."),
             false => source.shortened(&rounds),

@@ -45,9 +45,12 @@ impl Builder<'_> {
         number.map_or_else(|| IndexKey::Data("the new element".into()), IndexKey::Number)
     }
 
+    /// The number of the next element behind those of a collection of references, which is how many there are: if all that were put
+    /// there are there for sure, each in its place.
     pub(in crate::flow::lower) fn next_number(&mut self, named: ExprId) -> Option<u64> {
         let local = self.typed().expr_local.get(&named).copied()?;
-        if !self.is_collection_of_references(self.ty(named)) || matches!(self.ty(named), Ty::Ref(..)) {
+        let ty = self.ty(named);
+        if !self.is_collection_of_references(ty) || matches!(ty, Ty::Ref(..)) || is_heap(ty) {
             return None;
         }
         let var = self.var_of(local);
@@ -127,6 +130,11 @@ impl Builder<'_> {
             _ => None,
         }
     }
+}
+
+/// Whether a collection puts its elements in an order of their own.
+pub(in crate::flow::lower) fn is_heap(ty: &Ty) -> bool {
+    ty.external_name() == Some("BinaryHeap")
 }
 
 /// What is done with a collection where it is named.
