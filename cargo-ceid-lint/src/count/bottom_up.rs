@@ -10,7 +10,7 @@ use super::outcome::Outcome;
 use super::recursive::has_owner_twice;
 use super::summary::{Summaries, Summary};
 use crate::flow::{Cause, ControlFlowGraph, Place, Program};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 
 /// How often a cycle of calls is gone round.
 const MAX_ROUNDS: u32 = 8;
@@ -81,6 +81,18 @@ impl Summaries {
             .filter(|given| matches!(given.base, GivenBase::Static(_)))
             .cloned()
             .collect();
+        let is_lent_shared = |graph: &ControlFlowGraph, place: &Given| match place.base {
+            GivenBase::Param(param) => {
+                let var = graph.params.get(param).map(|var| graph.var(*var));
+                var.is_some_and(|info| matches!(info.ty, Ty::Ref(false, _)))
+            }
+            GivenBase::Static(_) => false,
+        };
+        // A shared reference updates nothing, unless one of them has to do with a cell behind it.
+        let has_cells = component.iter().any(|id| {
+            let graph = graphs[id.0 as usize].as_ref();
+            graph.is_some_and(|graph| listed(id).any(|place| is_lent_shared(graph, place)))
+        });
         for id in component {
             let (Some(graph), Some(summary)) = (&graphs[id.0 as usize], self.of.get_mut(id)) else { continue };
             for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
@@ -88,6 +100,7 @@ impl Summaries {
             }
             let params = graph.params.iter().filter(|param| may_hold_filter(program.index, &graph.var(**param).ty));
             let wholes = params.filter_map(|param| given(graph, &Place::var(*param)));
+            let wholes = wholes.filter(|place| has_cells || !is_lent_shared(graph, place));
             for given in wholes.chain(statics.iter().cloned()) {
                 summary.insert(&given, &unknown);
             }

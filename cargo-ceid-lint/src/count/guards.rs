@@ -116,6 +116,7 @@ fn defects<'f>(
                 && (own.is_endless() || feeds_round_by_round(facts, guard, *id))
                 && own.head > start
                 && end.is_none_or(|end| own.head < end)
+                && (!goes_on_behind(graph, guard, *id) || feeds(facts, guard, *id))
                 && (!is_passed(index, graph, summaries, *id) || asks_filters(index, graph, *id))
         });
         if let Some((_, own)) = inside {
@@ -141,21 +142,39 @@ fn defects<'f>(
 fn feeds_round_by_round(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
     let graph = facts.graph;
     let is_own = |place: &Place| place.base_var().is_some_and(|var| graph.var(var).param.is_none());
-    let roots = |place: &Place| facts.aliases.shared_roots(place).iter().cloned().collect::<Vec<_>>();
-    let held: Vec<Place> = guard.updates.iter().flat_map(roots).collect();
     let is_once = matches!(graph.loop_info(id).rounds, Rounds::Constant(0 | 1));
-    if is_once
-        || guard.in_loop.is_some()
-        || facts.kind == FunctionKind::Cycle
-        || held.is_empty()
-        || !held.iter().all(is_own)
-    {
-        return false;
-    }
+    !is_once
+        && guard.in_loop.is_none()
+        && facts.kind != FunctionKind::Cycle
+        && held_places(facts, guard).iter().all(is_own)
+        && feeds(facts, guard, id)
+}
+
+/// Where the filters lie that a guard holds.
+fn held_places(facts: &FunctionFacts<'_>, guard: &GuardInfo) -> Vec<Place> {
+    guard
+        .updates
+        .iter()
+        .flat_map(|place| facts.aliases.shared_roots(place).iter().cloned().collect::<Vec<_>>())
+        .collect()
+}
+
+/// Whether a loop inside that in which a guard is made anew can be left for the rest of the guard's cycle.
+fn goes_on_behind(graph: &ControlFlowGraph, guard: &GuardInfo, id: LoopId) -> bool {
+    let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+    let is_behind = |to: &NodeId| !is_inside(*to) && graph.node(*to).in_loop == guard.in_loop;
+    let mut inside = graph.node_ids().filter(|node| is_inside(*node));
+    guard.in_loop.is_some() && inside.any(|node| graph.node(node).next.iter().any(is_behind))
+}
+
+/// Whether something in a loop writes what a guard holds.
+fn feeds(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
+    let graph = facts.graph;
+    let held = held_places(facts, guard);
     let is_held = |place: &Place| {
         let is_one = |root: &Place| root.steps.iter().all(|step| step.key().is_none());
         let lies_in = |root: &Place, own: &Place| root.base == own.base && root.steps.starts_with(&own.steps);
-        roots(place).iter().any(|root| is_one(root) && held.iter().any(|own| lies_in(root, own)))
+        facts.aliases.shared_roots(place).iter().any(|root| is_one(root) && held.iter().any(|own| lies_in(root, own)))
     };
     let mut inside = graph.node_ids().map(|node| graph.node(node)).filter(|node| graph.is_within(node.in_loop, id));
     inside.any(|node| match &node.effect {

@@ -8,16 +8,23 @@ use super::mentions::Guarded;
 use super::text::{without_comments, words};
 use crate::index::{Def, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
-use crate::types::Callee;
+use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
+use crate::types::{Callee, LocalId};
 
 /// A name with where it is declared.
 pub(super) struct Leftover {
     pub(super) name: String,
     pub(super) span: Span,
+    /// Whether a `_` before the name where it is declared is all that it takes for nobody to ask for a use of it.
+    is_renamed: bool,
 }
 
 impl Leftover {
+    /// What to write so that nobody asks for a use of it.
+    pub(super) fn edit(&self) -> Option<(Span, String)> {
+        self.is_renamed.then(|| (Span { end: self.span.start, ..self.span }, "_".to_owned()))
+    }
+
     /// Why that is nothing for a crate that denies it.
     pub(super) fn refusal(&self) -> Reason {
         let text = format!(
@@ -47,12 +54,13 @@ pub(super) fn leftovers(loops: &Loops<'_>, of: &LoopBody<'_>, guarded: &[Guarded
                 let is_inside = gone.iter().any(|at| of.span(*at).contains(own.span));
                 let is_named = of.typed.expr_local.iter().any(|(at, other)| other == local && !gone.contains(at));
                 let is_unused = !is_held && !is_inside && !is_named && !own.name.starts_with('_');
-                is_unused.then(|| Leftover { name: own.name.clone(), span: own.span })
+                let is_renamed = is_unused && can_be_renamed(of, *local, &gone);
+                is_unused.then(|| Leftover { name: own.name.clone(), span: own.span, is_renamed })
             }
             (None, Some(Def::Value(value))) => {
                 let value = of.program.index.value(*value);
                 let is_used = loops.program.sources.files().any(|(_, file)| is_used(&file.text, &value.name));
-                (!is_used).then(|| Leftover { name: value.name.clone(), span: of.span(*id) })
+                (!is_used).then(|| Leftover { name: value.name.clone(), span: of.span(*id), is_renamed: false })
             }
             _ => None,
         };
@@ -61,6 +69,29 @@ pub(super) fn leftovers(loops: &Loops<'_>, of: &LoopBody<'_>, guarded: &[Guarded
         }
     }
     found
+}
+
+/// Whether a variable may have another name where it is declared: nothing but that and what goes spells it, be it in a text or in code
+/// that is left out, and it is neither `mut` nor named as a field is.
+fn can_be_renamed(of: &LoopBody<'_>, local: LocalId, gone: &[ExprId]) -> bool {
+    let own = of.typed.local(local);
+    let is_of_field = |(_, pat): &(String, PatId)| of.typed.pat_local.get(pat) == Some(&local);
+    let is_field = of.body.pats.iter().any(|pat| match &pat.kind {
+        PatKind::Struct(_, fields) => fields.iter().any(is_of_field),
+        _ => false,
+    });
+    let body = of.span(of.body.root);
+    let sources = of.program.sources;
+    let code = without_comments(sources.snippet(body));
+    let is_known = |at: usize| {
+        // A method or field.
+        if code[..at].ends_with('.') && !code[..at].ends_with("..") {
+            return true;
+        }
+        let at = Span { start: body.start + to_u32(at), end: body.start + to_u32(at + own.name.len()), ..body };
+        own.span.contains(at) || gone.iter().any(|id| of.span(*id).contains(at))
+    };
+    !is_field && sources.snippet(own.span) == own.name && words(&code, &own.name).all(is_known)
 }
 
 /// What to delete so that no variable stays `mut` of which only an update has borrowed the variable itself: `update(&mut pid)` of a

@@ -299,7 +299,10 @@ impl Rewriter<'_> {
             Err(reason) => reasons.push(reason),
         }
         for left in leftovers(self.loops, of, self.guarded) {
-            if self.loops.are_unused_names_denied(of.file()) {
+            if let Some(renamed) = left.edit() {
+                notes.push(format!("`{0}` has no use any more, and is called `_{0}`", left.name));
+                edits.push(renamed);
+            } else if self.loops.are_unused_names_denied(of.file()) {
                 reasons.push(left.refusal());
             } else {
                 notes.push(format!("`{}` has no use any more", left.name));

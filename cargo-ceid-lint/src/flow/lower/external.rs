@@ -2,9 +2,10 @@
 
 use super::calls::path_tail;
 use super::laws::Law;
+use super::parts::given_to;
 use super::threads::{is_spawn, is_thread_scope};
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
+use crate::flow::{Assignment, Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
 use crate::types::LocalId;
@@ -253,6 +254,9 @@ impl Builder<'_> {
         if let (Some(given), Some(new)) = (given, new) {
             self.put_away(id, &place, &[given], std::slice::from_ref(new));
         }
+        if let Some(new) = new.and_then(|new| new.place.clone()).filter(|new| self.is_older_filter(id, new)) {
+            return self.put_in_place(id, &place, new);
+        }
         // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
@@ -273,7 +277,7 @@ impl Builder<'_> {
         let is_option = self.is_option_of_references(self.ty(id));
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
         let new = new.cloned().unwrap_or(taken_out);
-        let writes = crate::flow::Assignment {
+        let writes = Assignment {
             place: place.clone(),
             from: new.place,
             transfer: Transfer::Move,
@@ -288,6 +292,28 @@ impl Builder<'_> {
         }
         let same_as = (is_state || is_put_back || is_option).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
+    }
+
+    /// Whether a filter is moved out of a variable from before the innermost loop, so that it is none that the iteration makes.
+    fn is_older_filter(&self, id: ExprId, place: &Place) -> bool {
+        let ty = self.ty(id);
+        let info = place.base_var().map(|var| self.graph.var(var)).filter(|_| place.steps.is_empty());
+        let is_moved = self.may_hold_filter(ty)
+            && !matches!(ty, Ty::Ref(..))
+            && !self.is_option_of_references(ty)
+            && !self.program.index.copies_filter(ty);
+        is_moved && info.is_some_and(|info| !info.name.is_empty() && info.in_loop != self.loops.last().copied())
+    }
+
+    /// `let old = mem::replace(&mut a, b);`: both filters have another name from here on.
+    fn put_in_place(&mut self, id: ExprId, place: &Place, new: Place) -> Value {
+        let span = self.span(id);
+        let taken = Place::var(self.temporary(self.ty(id).clone(), span));
+        for (to, from) in [(&taken, place.clone()), (place, new)] {
+            let assignment = Assignment { from: Some(from), ..given_to(to.clone(), None) };
+            self.emit(Effect::Set(Box::new(assignment)), span);
+        }
+        Value { place: Some(taken), is_owned: true, ..Value::default() }
     }
 
     /// Whether several variants of an enum hold filters.
