@@ -20,6 +20,7 @@ use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Trans
 use crate::index::{Ty, ValueId};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
+use crate::syntax::tree::{Expr, ExprKind};
 
 impl Context<'_> {
     /// Filters in scope that no cycle updates.
@@ -319,7 +320,16 @@ impl Context<'_> {
         let (info, own) = (graph.var(var), graph.loop_info(id));
         // Where a loop ends may be a node from before its head.
         let is_behind = info.span.file == own.keyword.file && info.span.start > own.keyword.start;
-        info.param.is_some() || info.declared < own.head && !is_behind
+        info.param.is_some()
+            || info.declared < own.head && !is_behind && self.is_in_block_of(graph, info.span, own.keyword)
+    }
+
+    /// Whether the block in which a variable is declared holds a loop of the same function, as far as they stand there as they are.
+    fn is_in_block_of(&self, graph: &ControlFlowGraph, declared: Span, keyword: Span) -> bool {
+        let Some(body) = &self.program.index.function(graph.function).function.body else { return true };
+        let is_block = |expr: &&Expr| matches!(expr.kind, ExprKind::Block(_)) && expr.span.contains(declared);
+        let block = body.exprs.iter().filter(is_block).min_by_key(|expr| expr.span.end - expr.span.start);
+        !body.expr(body.root).span.contains(keyword) || block.is_none_or(|block| block.span.contains(keyword))
     }
 
     /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed, nor a copy

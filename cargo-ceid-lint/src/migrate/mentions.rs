@@ -352,6 +352,11 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
             ExprKind::MethodCall { receiver, .. } if *receiver == at => Some(""),
             ExprKind::Field { .. } | ExprKind::Index { .. } | ExprKind::Macro(_) => Some(""),
             _ if !is_adapted => Some(""),
+            // A reference to a `Box` leads to the filter in two steps, as the reference to what lends it does.
+            ExprKind::Deref(_) if matches!(&own.ty, Ty::Ref(_, to) if **to != own.filter) => {
+                let beyond = of.parent(parent).map(|beyond| of.kind(beyond));
+                matches!(beyond, Some(ExprKind::Deref(_) | ExprKind::Field { .. })).then_some("")
+            }
             ExprKind::Deref(_) => Some("*"),
             ExprKind::Reference { raw: false, .. } => Some("**"),
             ExprKind::Call { .. } | ExprKind::MethodCall { .. } if !is_pointer => Some("&mut **"),

@@ -122,7 +122,11 @@ fn the_loop(site: &Site<'_>, keyword: Span) -> Option<(Span, Span)> {
         });
     let tail = site.block.tail.map(|tail| (tail, site.body.expr(tail).span));
     stmts.chain(tail).find_map(|(expr, span)| match &site.body.expr(expr).kind {
-        ExprKind::Loop { keyword: own, body, .. } | ExprKind::While { keyword: own, body, .. } if *own == keyword => {
+        ExprKind::Loop { keyword: own, body, .. }
+        | ExprKind::While { keyword: own, body, .. }
+        | ExprKind::For { keyword: own, body, .. }
+            if *own == keyword =>
+        {
             let body = site.body.expr(*body).span;
             site.snippet(body).starts_with('{').then_some((span, body))
         }

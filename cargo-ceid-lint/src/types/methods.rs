@@ -135,7 +135,12 @@ impl Infer<'_> {
     /// The method that a trait of the analysed code gives to a primitive type or a reference, if it may do something: what takes
     /// nothing but a value only calculates.
     fn extension(&self, ty: &Ty, method: &str, args: &[ExprId]) -> Option<MethodOwner> {
-        let owner = self.index.extension_methods(ty, method).into_iter().next()?;
+        // What takes another number of arguments is not meant: it may belong to a trait that is not in scope.
+        let takes_all = |owner: &MethodOwner| {
+            let params = owner.function().map(|function| self.index.function(function).function.params.len());
+            params.is_none_or(|params| params == args.len())
+        };
+        let owner = self.index.extension_methods(ty, method).into_iter().find(takes_all)?;
         let takes_itself = owner.function().is_some_and(|function| {
             let receiver = &self.index.function(function).function.receiver;
             *receiver == Some(Receiver::Exclusive) || matches!(ty, Ty::Ref(..))
