@@ -272,7 +272,9 @@ impl Builder<'_> {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
         let receiver = match &self.body().expr(id).kind {
-            ExprKind::MethodCall { receiver, .. } | ExprKind::AssignOp { place: receiver, .. } => Some(*receiver),
+            ExprKind::MethodCall { receiver, .. }
+            | ExprKind::AssignOp { place: receiver, .. }
+            | ExprKind::Index { base: receiver, .. } => Some(*receiver),
             _ => None,
         };
         // `flag.flip()` of a trait of the analysed code.
