@@ -38,7 +38,9 @@ impl Builder<'_> {
 
     /// What is indexed may be of any type that has its own `[]`.
     fn lose_indexed(&mut self, id: ExprId, base: ExprId, value: &Value) {
-        if matches!(self.ty(base).peel(), Ty::Param(_) | Ty::Opaque(_))
+        let ty = self.ty(base);
+        if !matches!(ty, Ty::Ref(false, _))
+            && matches!(ty.peel(), Ty::Param(_) | Ty::Opaque(_))
             && self.program.index.says_what_indexing_means()
             && let Some(place) = value.place.clone().filter(|_| self.at.is_some())
         {
