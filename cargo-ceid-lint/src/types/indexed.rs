@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::infer::Infer;
 use super::{Callee, builtin};
-use crate::index::{FunctionId, ImplId, Owner, Ty};
+use crate::index::{FunctionId, ImplId, MethodOwner, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind, Receiver};
 
 /// How many pointers and `Deref` impls are gone through.
@@ -161,7 +161,7 @@ impl Infer<'_> {
                 }
                 ExprKind::Field { base, .. } => at = *base,
                 ExprKind::Deref(inner) if !matches!(self.typed.ty(*inner), Ty::Ref(false, _) | Ty::Pointer(_)) => {
-                    at = *inner
+                    at = *inner;
                 }
                 _ => return,
             }
@@ -213,7 +213,7 @@ impl Infer<'_> {
                     Some(Receiver::Value) if !matches!(ty, Ty::Ref(true, _)) => Use::Read,
                     _ => Use::Either,
                 });
-                let declared = resolved.owner.as_ref().and_then(|owner| owner.function());
+                let declared = resolved.owner.as_ref().and_then(MethodOwner::function);
                 let of_declared = declared.map(|function| self.index.function(function).function.receiver.clone());
                 match uses.reduce(|all, how| if all == how { all } else { Use::Either }) {
                     Some(how) => how,

@@ -1,5 +1,7 @@
 //! The walk over a body: scopes, variables, and the order of two passes, the second of which knows what the first found.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::FxHashMap;
 
 use super::indexed::Indexers;
@@ -23,7 +25,7 @@ pub(super) struct Infer<'a> {
     /// What each closure gives back, so that calls of it know.
     pub(super) closure_outputs: FxHashMap<ExprId, Ty>,
     /// What each `[]` of a type of the analysed code may run.
-    pub(super) indexers: FxHashMap<ExprId, Indexers>,
+    pub(super) indexers: BTreeMap<ExprId, Indexers>,
     /// Whether the pattern of an arm is bound.
     pub(super) in_arm: bool,
 }
@@ -55,7 +57,7 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
         output,
         break_tys: Vec::new(),
         closure_outputs: FxHashMap::default(),
-        indexers: FxHashMap::default(),
+        indexers: BTreeMap::new(),
         in_arm: false,
     };
     for _ in 0..2 {
