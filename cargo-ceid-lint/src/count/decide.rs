@@ -211,7 +211,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         through: None,
         others: Vec::new(),
         skips: false,
-        law: law_name(search),
+        law: super::laws::law_name(search),
     };
     let is_certain = ends.iter().all(|end| end.state.unknown.is_none()) && !exploration.limit;
     if is_certain
@@ -467,15 +467,6 @@ fn second_update(search: &Search<'_>, exploration: &Exploration, before: usize, 
     };
     let call = way().find(|at| is_closure_call(search, exploration.states[*at].node));
     Some(span_of(call.filter(|_| is_again()).unwrap_or(before)))
-}
-
-/// The name of the law that runs, as the source calls it.
-pub(super) fn law_name(search: &Search<'_>) -> Option<String> {
-    search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
-        Effect::Update(update) if update.given.is_some() => search.method_of_advance(),
-        Effect::Update(update) if update.law == search.law => Some(update.method.clone()),
-        _ => None,
-    })
 }
 
 /// The order of ways: by their length, and the one that was found first.

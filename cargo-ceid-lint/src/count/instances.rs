@@ -32,6 +32,13 @@ pub(super) fn is_generic(graph: &ControlFlowGraph, place: &Place) -> bool {
     var.is_some_and(|var| matches!(graph.var(var).ty.peel(), Ty::Param(_)))
 }
 
+/// Whether a place is a variable that may be written, of a type that callers choose, or a trait object.
+pub(super) fn is_of_any_type(graph: &ControlFlowGraph, place: &Place) -> bool {
+    let var = place.base_var().filter(|_| place.steps.is_empty());
+    let ty = var.map(|var| &graph.var(var).ty).filter(|ty| !matches!(ty, Ty::Ref(false, _)));
+    ty.is_some_and(|ty| matches!(ty.peel(), Ty::Param(_) | Ty::Opaque(_)))
+}
+
 /// Whether what a node writes there is made of something else than what was there.
 pub(super) fn replaces_generic(graph: &ControlFlowGraph, id: NodeId, place: &Place) -> bool {
     let reads = |change: &Change| change.computed.places.iter().any(|read| read.overlaps(place));

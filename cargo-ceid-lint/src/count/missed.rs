@@ -1,8 +1,9 @@
 //! Filters that no path of a cycle updates.
 
 use super::analyse::CycleId;
-use super::decide::{Decision, kept_elsewhere, law_name};
+use super::decide::{Decision, kept_elsewhere};
 use super::declared::declared_ty;
+use super::laws::law_name;
 use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;

@@ -38,6 +38,7 @@ mod handles;
 mod idle;
 mod instances;
 mod kept;
+mod laws;
 mod lent;
 mod missed;
 mod monomorphise;

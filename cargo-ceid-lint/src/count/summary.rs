@@ -17,7 +17,7 @@ use super::given::{
     note_unknown, place_of, steps_at, with_wholes,
 };
 use super::given_heads::{self, GivenHeads};
-use super::instances::{holds_filter_at, is_generic, replaces_generic};
+use super::instances::{holds_filter_at, is_generic, is_of_any_type, replaces_generic};
 use super::only_with;
 use super::outcome::Outcome;
 use super::own_cycles;
@@ -235,10 +235,15 @@ impl Summaries {
                 Effect::Unknown { places, cause: Cause::Call(text) } if places.is_empty() => {
                     summary.unseen.get_or_insert_with(|| text.clone());
                 }
-                Effect::Unknown { places, cause } => places
-                    .iter()
-                    .filter(|place| !self.leaves_alone(graph, &aliases, id, place))
-                    .for_each(|place| note_unknown(graph, &aliases, place, cause, &mut unknown)),
+                Effect::Unknown { places, cause } => {
+                    for place in places.iter().filter(|place| !self.leaves_alone(graph, &aliases, id, place)) {
+                        note_unknown(graph, &aliases, place, cause, &mut unknown);
+                        // What a parameter of any type holds may be what conditions of the caller ask.
+                        if is_of_any_type(graph, place) {
+                            note(graph, &aliases, place, &mut summary.writes);
+                        }
+                    }
+                }
                 Effect::Call(site) => self.add_call(graph, &aliases, site, &mut summary, &mut touched, &mut unknown),
                 Effect::Write(write) if referred::is_of_variables(program.index, graph, id, write) => {}
                 Effect::Write(write) => {

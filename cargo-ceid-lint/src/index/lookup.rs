@@ -155,6 +155,15 @@ impl Index {
         })
     }
 
+    /// Whether `[]` of a type that is not known may run analysed code.
+    #[must_use]
+    pub fn says_what_indexing_means(&self) -> bool {
+        self.impls.iter().any(|def| match &def.implements {
+            Some(TraitName::External(path)) => path.ends_with("::IndexMut"),
+            _ => false,
+        })
+    }
+
     /// Whether the type implements the trait, as far as the analysed code tells.
     #[must_use]
     pub fn implements(&self, ty: &Ty, name: &TraitName) -> bool {

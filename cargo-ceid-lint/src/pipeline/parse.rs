@@ -280,6 +280,9 @@ fn imported(items: &[Item], names: &mut BTreeSet<String>) {
     }
 }
 
+/// Crates of which single functions are called by their full paths: `tokio::time::sleep(period).await`.
+const NAMED_IN_PASSING: &[&str] = &["tokio", "async_std", "smol", "embassy_time", "spin_sleep", "parking_lot"];
+
 /// Tells each crate which ones it can name.
 pub(super) fn link(project: &Project, inputs: &mut [CrateInput]) {
     let is_lib = |input: &CrateInput| project.packages[input.package].targets[input.target].kind == TargetKind::Lib;
@@ -295,6 +298,8 @@ pub(super) fn link(project: &Project, inputs: &mut [CrateInput]) {
             // What a file without a manifest depends on is told by what it imports.
             let mut names = BTreeSet::new();
             imported(&input.items, &mut names);
+            // These are as often named by their full paths.
+            names.extend(NAMED_IN_PASSING.iter().map(|&name| name.to_owned()));
             input.externs.extend(names.into_iter().map(|name| (name.clone(), (None, name))));
         }
         let target = &package.targets[input.target];

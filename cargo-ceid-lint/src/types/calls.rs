@@ -2,7 +2,7 @@
 
 use super::builtin;
 use super::infer::{Infer, param_types};
-use super::named::may_fail;
+use super::named::{may_be_none, may_fail};
 use super::paths::Value;
 use super::{Callee, Resolved};
 use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty};
@@ -428,6 +428,9 @@ impl Infer<'_> {
         // `File::open(…)?` and its kin: the function is known although its crate is not read.
         if may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        }
+        if may_be_none(&path, name) {
+            return Ty::std("std::option::Option", vec![ty]);
         }
         if let Some(made) = self.made_by_unread(&ty, name) {
             return made;

@@ -126,7 +126,7 @@ impl Infer<'_> {
             ExprKind::Index { base, index } => {
                 let base = self.expr(*base, None);
                 let index_ty = self.expr(*index, None);
-                self.index_ty(&base, &index_ty)
+                self.index_ty(id, &base, &index_ty)
             }
             ExprKind::Reference { mutable, raw, value } => {
                 let inner_expected = match expected.map(|ty| self.variables.shallow(ty)) {
@@ -360,41 +360,6 @@ impl Infer<'_> {
                     if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() =>
                 {
                     ty = self.variables.shallow(&args[0].clone());
-                }
-                _ => return Ty::Unknown,
-            }
-        }
-        Ty::Unknown
-    }
-
-    fn index_ty(&mut self, base: &Ty, index: &Ty) -> Ty {
-        let is_range = self.variables.shallow(index).external_name() == Some("Range");
-        let mut ty = self.variables.shallow(base);
-        for _ in 0..8 {
-            match &ty {
-                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
-                Ty::Array(inner, _) | Ty::Slice(inner) => {
-                    return if is_range { Ty::Slice(inner.clone()) } else { (**inner).clone() };
-                }
-                Ty::External(path, args) => {
-                    let name = path.rsplit("::").next().unwrap_or("");
-                    if builtin::is_pointer(name) && !args.is_empty() {
-                        ty = self.variables.shallow(&args[0].clone());
-                        continue;
-                    }
-                    let at = usize::from(name.ends_with("Map"));
-                    let item = args.get(at).cloned().unwrap_or(Ty::Unknown);
-                    return if is_range { Ty::Slice(Box::new(item)) } else { item };
-                }
-                Ty::Adt(..) => {
-                    let output = self.index.project(&ty, "Output");
-                    if output != Ty::Unknown {
-                        return output;
-                    }
-                    match self.user_deref(&ty) {
-                        Some((target, _)) => ty = target,
-                        None => return Ty::Unknown,
-                    }
                 }
                 _ => return Ty::Unknown,
             }

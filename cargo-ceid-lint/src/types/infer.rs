@@ -1,7 +1,10 @@
 //! The walk over a body: scopes, variables, and the order of two passes, the second of which knows what the first found.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::FxHashMap;
 
+use super::indexed::Indexers;
 use super::unify::Variables;
 use super::{Callee, Local, LocalId, TypedBody};
 use crate::index::{BodyOwner, FunctionDef, Index, ModuleId, Owner, Ty, TyScope};
@@ -21,6 +24,8 @@ pub(super) struct Infer<'a> {
     pub(super) break_tys: Vec<(Option<String>, Ty)>,
     /// What each closure gives back, so that calls of it know.
     pub(super) closure_outputs: FxHashMap<ExprId, Ty>,
+    /// What each `[]` of a type of the analysed code may run.
+    pub(super) indexers: BTreeMap<ExprId, Indexers>,
     /// Whether the pattern of an arm is bound.
     pub(super) in_arm: bool,
 }
@@ -52,6 +57,7 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
         output,
         break_tys: Vec::new(),
         closure_outputs: FxHashMap::default(),
+        indexers: BTreeMap::new(),
         in_arm: false,
     };
     for _ in 0..2 {
@@ -108,6 +114,7 @@ impl Infer<'_> {
             resolved.self_ty = self.variables.resolve(&resolved.self_ty);
         }
         self.type_tested();
+        self.settle_indexed();
         self.typed
     }
 

@@ -9,6 +9,7 @@ mod calls;
 mod closure_params;
 mod collected;
 mod expr;
+mod indexed;
 mod infer;
 mod methods;
 mod named;
@@ -30,6 +31,7 @@ use crate::syntax::tree::{ExprId, PatId};
 pub use adapted::ADAPTED;
 pub use builtin::{is_lock, is_pointer, is_transparent, opens_cell};
 pub use calls::names_constructor;
+pub use indexed::Indexed;
 pub use infer::param_types;
 
 /// A variable of a body.
@@ -108,6 +110,8 @@ pub struct TypedBody {
     pub coerced: FxHashMap<ExprId, Vec<FunctionId>>,
     /// What each closure is given, also where its patterns bind no name.
     pub closure_params: FxHashMap<ExprId, Vec<Ty>>,
+    /// What `[]` runs where the analysed code says what it means.
+    pub indexed: FxHashMap<ExprId, Indexed>,
     /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.
     pub items: FxHashMap<ExprId, Resolved>,
 }

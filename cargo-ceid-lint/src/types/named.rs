@@ -107,6 +107,11 @@ impl Infer<'_> {
     }
 }
 
+/// Whether a function of a type of the standard library gives a value of the type, or nothing: `NonZeroU8::new(count)`.
+pub(super) fn may_be_none(path: &str, name: &str) -> bool {
+    path.starts_with("std::num::NonZero") && name == "new"
+}
+
 /// Whether a function of a type of the standard library gives a value of the type, or an error.
 pub(super) fn may_fail(path: &str, name: &str) -> bool {
     match path {

@@ -365,7 +365,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let left_at = way.left_at;
         let asks_by_name = left_at != at && matches!(self.search.graph.node(left_at).effect, Effect::Branch(_));
         let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(left_at));
-        (!is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
+        (!is_remainder && is_mode(test.subject?) && !self.locks_itself_out(test)).then_some(Gate::Mode)
     }
 
     /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.

@@ -1,8 +1,10 @@
 //! Questions to the filter itself: what they read is a setting, or a state that nothing but its own updates and resets change.
 
+use super::signals::{OF_NUMBERS, may_be_time};
 use super::{Gates, Way};
 use crate::count::verdict::Gate;
 use crate::flow::{CallSite, Effect, NodeId, Place, Test};
+use crate::index::Ty;
 
 impl Gates<'_, '_> {
     /// Why a filter skips that is asked itself. What nothing in the cycle changes is a setting; what only updates and resets change
@@ -18,7 +20,7 @@ impl Gates<'_, '_> {
         // What a helper finds as it is may be changed by its caller, who is asked.
         let gate = self.changed_by(&subject.reads, way).filter(|gate| !self.is_helper || *gate == Gate::Mode)?;
         if gate == Gate::Mode {
-            if self.may_resume(way) {
+            if self.may_resume(way) || self.locks_itself_out(test) {
                 return None;
             }
             self.own_states.borrow_mut().extend(subject.reads.iter().map(|place| (place.clone(), Vec::new())));
@@ -46,6 +48,23 @@ impl Gates<'_, '_> {
             }
             _ => false,
         })
+    }
+
+    /// Whether a filter that is fed with readings is left out because of a number that only its updates change: while the readings go on,
+    /// it stands still for ever. What nobody feeds, as a ramp, has come to its end.
+    pub(super) fn locks_itself_out(&self, test: &Test) -> bool {
+        let is_number =
+            |place: &Place| matches!(self.ty(place), Some(Ty::Float)) || self.is_of_filter_as_a_whole(place);
+        let brings = |name: &String| !may_be_time(name) && !OF_NUMBERS.contains(&name.as_str());
+        self.asks_only_filter(test)
+            && test.about.is_comparison
+            && test.subject.is_some_and(|id| self.search.graph.subjects[id.0 as usize].reads.iter().all(is_number))
+            && self.fed().calls.iter().any(brings)
+    }
+
+    /// Whether a place is a filter: a getter of which the fields are not known that it reads.
+    fn is_of_filter_as_a_whole(&self, place: &Place) -> bool {
+        self.ty(place).is_some_and(|ty| self.search.program.index.filter_spec(ty.peel()).is_some())
     }
 
     /// What the values at these places of filters wait for: `None` if something else than an update or a reset changes one of them,

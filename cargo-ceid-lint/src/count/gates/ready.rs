@@ -306,8 +306,33 @@ impl Gates<'_, '_> {
                     .is_some_and(|made| made.places.iter().any(|from| !is_self(from) && fed.contains(from)))
         };
         reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
-            || reads.iter().any(|place| is_answered(&place))
+            || reads.iter().any(|place| is_answered(&place) || self.is_mailbox(place))
             || self.is_asked_by_helper(&Computed { places: reads.clone(), calls: names.clone() })
+    }
+
+    /// `if self.is_fresh { self.is_fresh = false; f.update(self.reading); }`: the cycle only takes the flag down, and leaves the fed
+    /// value beside it as whoever raises the flag has put it there.
+    fn is_mailbox(&self, flag: &Place) -> bool {
+        let Some((_, owner)) = flag.steps.split_last() else { return false };
+        let owner = Place { base: flag.base, steps: owner.to_vec() };
+        let writing: Vec<NodeId> = self.assigning(flag).collect();
+        let takes_down = |id: &NodeId| match &self.search.graph.node(*id).effect {
+            Effect::Set(set) | Effect::Write(set) => set.place == *flag && set.head.as_deref() == Some("false"),
+            _ => false,
+        };
+        let is_left =
+            |place: &Place| self.assigning(place).next().is_none() && !self.calls_write(place) && !self.is_self(place);
+        let is_beside = |place: &&Place| {
+            let is_reading = matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Int | Ty::Float | Ty::Array(..)));
+            is_reading && place.base == owner.base && place.steps.len() == flag.steps.len()
+        };
+        let is_fed = |place: &Place| place.steps.starts_with(&owner.steps) && is_left(place);
+        self.ty(flag) == Some(Ty::Bool)
+            && self.is_self(&owner)
+            && !writing.is_empty()
+            && writing.iter().all(takes_down)
+            && !self.calls_write(flag)
+            && self.fed().places.iter().filter(is_beside).any(is_fed)
     }
 
     /// What a truth value was computed from that keeps the answer of the only call behind it, or is one of its answers:

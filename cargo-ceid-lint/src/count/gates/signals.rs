@@ -14,7 +14,7 @@ const TIMES: &[&str] =
     &["time", "tick", "clock", "sec", "milli", "micro", "nano", "elapsed", "since", "until", "period", "age", "due"];
 
 /// Methods of numbers, whose answer is what they are asked of.
-const OF_NUMBERS: &[&str] = &[
+pub(super) const OF_NUMBERS: &[&str] = &[
     "from", "into", "unwrap", "clone", "abs", "min", "max", "clamp", "signum", "sqrt", "powi", "powf", "exp", "ln",
     "sin", "cos", "floor", "ceil", "round", "trunc", "fract", "mul_add", "hypot", "recip",
 ];
@@ -29,7 +29,7 @@ pub(super) struct Signals {
 }
 
 /// Whether a name may be that of a time.
-fn may_be_time(name: &str) -> bool {
+pub(super) fn may_be_time(name: &str) -> bool {
     is_clock(name)
         || is_time_name(name)
         || is_moment_name(name)

@@ -176,6 +176,7 @@ impl Gates<'_, '_> {
         // What a closure in the condition gets is no setting, and what it is taken from may be one.
         let mut asked = [Some(&test.about.reads), subject.map(|subject| &subject.reads)].into_iter().flatten();
         subject.is_none_or(|subject| subject.reads.iter().all(is_named))
+            && !self.compares_what_laws_make(test)
             && asked.any(|reads| !reads.is_empty() && reads.iter().all(|place| self.is_invariant(place, 0)))
     }
 

@@ -1,7 +1,7 @@
 //! What the calls of an iteration write.
 
 use super::Gates;
-use crate::flow::{CallSite, Effect, NodeId, Place, Projection};
+use crate::flow::{CallSite, Effect, NodeId, Place, Projection, Test};
 use crate::index::Ty;
 
 impl Gates<'_, '_> {
@@ -22,6 +22,32 @@ impl Gates<'_, '_> {
             self.nodes().flat_map(of).flat_map(with_roots).collect()
         });
         written.iter().any(|other| other.overlaps(place))
+    }
+
+    /// Whether what is compared is taken from filters in an option or a collection, and the iteration updates one of these:
+    /// `if self.slow.as_ref().map_or(0.0, |slow| slow.value()) > LIMIT { … }`.
+    pub(super) fn compares_what_laws_make(&self, test: &Test) -> bool {
+        // What a getter tells of one filter is known by its fields.
+        let holds_some = |place: &&Place| match self.ty(place) {
+            Some(Ty::External(..) | Ty::Array(..) | Ty::Slice(_)) => true,
+            ty => ty.is_some_and(|ty| self.search.program.index.filter_spec(ty.peel()).is_some()),
+        };
+        let lies_in = |filter: &Place, place: &Place| {
+            let roots = self.search.aliases.shared_roots(filter);
+            roots.iter().any(|root| root.overlaps(place) && root.steps.len() >= place.steps.len())
+        };
+        let changes = |id: NodeId, place: &Place| match &self.search.graph.node(id).effect {
+            Effect::Update(update) => lies_in(&update.place, place),
+            Effect::Call(site) => {
+                let filter = site.law_of.and_then(|number| site.args.get(number)?.place.as_ref());
+                filter.is_some_and(|filter| lies_in(filter, place))
+            }
+            _ => false,
+        };
+        let Some(subject) = test.subject.map(|id| &self.search.graph.subjects[id.0 as usize]) else { return false };
+        test.about.is_comparison
+            && test.about.length.is_none()
+            && subject.reads.iter().filter(holds_some).any(|place| self.nodes().any(|id| changes(id, place)))
     }
 
     /// Whether a place lies in a filter that is a variable or a field as it is, and not in an option or a collection.

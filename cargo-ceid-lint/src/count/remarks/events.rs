@@ -97,9 +97,10 @@ fn two_events(
     let behind: Vec<[BTreeSet<NodeId>; 2]> = arms
         .iter()
         .map(|(arm, test)| {
-            let presence = presence_before(graph, test);
+            // What an arm asks beside the event, `First(Some(z))`, leads to the next arm, which asks for the event again.
+            let asked = [presence_before(graph, test), test.subject];
             let behind = |cut: &[(NodeId, usize)]| {
-                let reached = reached_without(graph, id, cut, presence);
+                let reached = reached_without(graph, id, cut, asked);
                 updates.iter().copied().filter(|update| !reached[update.0 as usize]).collect()
             };
             // `Msg::Position(p) | Msg::Fix(p) => …` asks twice, and each answer leads to the same arm.
@@ -188,30 +189,33 @@ fn presence_before(graph: &ControlFlowGraph, arm: &Test) -> Option<SubjectId> {
     })
 }
 
-/// The nodes that an iteration reaches without these sides of branches. Each question whether something came has the same answer.
+/// The nodes that an iteration reaches without these sides of branches. Each question about one of two subjects has the same answer.
 fn reached_without(
     graph: &ControlFlowGraph,
     id: LoopId,
     cut: &[(NodeId, usize)],
-    presence: Option<SubjectId>,
+    asked: [Option<SubjectId>; 2],
 ) -> Vec<bool> {
     let head = graph.loop_info(id).head;
     let mut reached = vec![false; graph.nodes.len()];
     let mut seen = BTreeSet::new();
-    let mut open = vec![(head, u32::MAX)];
+    let mut open = vec![(head, [u32::MAX; 2])];
     while let Some((at, known)) = open.pop() {
         if !seen.insert((at, known)) {
             continue;
         }
         reached[at.0 as usize] = true;
         for (number, next) in graph.node(at).next.iter().enumerate() {
-            let known = match &graph.node(at).effect {
-                Effect::Branch(test) if presence.is_some() && test.subject == presence => {
-                    known & if number == 0 { test.holds } else { test.fails }
+            let mut known = known;
+            if let Effect::Branch(test) = &graph.node(at).effect
+                && test.subject.is_some()
+            {
+                let answer = if number == 0 { test.holds } else { test.fails };
+                for (known, _) in known.iter_mut().zip(asked).filter(|(_, subject)| *subject == test.subject) {
+                    *known &= answer;
                 }
-                _ => known,
-            };
-            let is_cut = known == 0 || cut.contains(&(at, number));
+            }
+            let is_cut = known.contains(&0) || cut.contains(&(at, number));
             if !is_cut && *next != head && graph.is_within(graph.node(*next).in_loop, id) {
                 open.push((*next, known));
             }

@@ -13,22 +13,11 @@ use crate::types::{Callee, LocalId, TypedBody};
 /// The locals of a body that are assigned or borrowed mutably somewhere.
 pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
     let targets = body.exprs.iter().flat_map(|expr| match &expr.kind {
-        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => assigned_places(body, *place),
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => body.assigned_places(*place),
         ExprKind::Reference { mutable: true, value, .. } => vec![*value],
         _ => Vec::new(),
     });
     targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
-}
-
-/// The places that an assignment gives values to: the parts of what it takes apart, `(self.x, Point { y, .. }) = …`.
-pub(super) fn assigned_places(body: &Body, target: ExprId) -> Vec<ExprId> {
-    match &body.expr(target).kind {
-        ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } | ExprKind::Call { args: parts, .. } => {
-            parts.iter().flat_map(|part| assigned_places(body, *part)).collect()
-        }
-        ExprKind::Struct { fields, .. } => fields.iter().flat_map(|(_, part)| assigned_places(body, *part)).collect(),
-        _ => vec![target],
-    }
 }
 
 /// What is given to calls as it is, or taken apart by a pattern or by its fields: what happens to it there is known.

@@ -201,7 +201,9 @@ impl Builder<'_> {
                 return value;
             }
             let is_foreign = Self::is_of_foreign_trait(resolved);
-            let keeps = |target: &FunctionId| is_foreign || self.keeps_callback(id, *target, values);
+            let keeps = |target: &FunctionId| {
+                is_foreign || self.keeps_callback(id, *target, values) || self.polls(*target, values)
+            };
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
@@ -272,7 +274,9 @@ impl Builder<'_> {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
         let receiver = match &self.body().expr(id).kind {
-            ExprKind::MethodCall { receiver, .. } | ExprKind::AssignOp { place: receiver, .. } => Some(*receiver),
+            ExprKind::MethodCall { receiver, .. }
+            | ExprKind::AssignOp { place: receiver, .. }
+            | ExprKind::Index { base: receiver, .. } => Some(*receiver),
             _ => None,
         };
         // `flag.flip()` of a trait of the analysed code.

@@ -119,7 +119,10 @@ impl Builder<'_> {
                 }
             }
             ExprKind::Macro(_) | ExprKind::Path(_) if self.constants().asks_for_debug_build(id, 0) => {
-                let (holds, failed) = self.debug_branch(self.span(id), self.text(id));
+                // The name of a constant, or of a macro around it, does not tell what is asked.
+                let text = Some(self.text(id)).filter(|text| text.contains("debug_assertions"));
+                let text = text.unwrap_or_else(|| "cfg!(debug_assertions)".to_owned());
+                let (holds, failed) = self.debug_branch(self.span(id), text);
                 self.link(failed, no);
                 self.resume(holds);
             }

@@ -6,7 +6,7 @@ use super::{Builder, Value};
 use crate::flow::{Place, Projection};
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind};
 use crate::types::{Callee, is_lock};
 
 /// How many `Deref` impls are gone through.
@@ -26,11 +26,16 @@ impl Builder<'_> {
         if let Some(place) = self.field_of_other_name(base, name) {
             return place;
         }
-        let through = |place: Place, through: &FunctionId| match self.through_deref(*through) {
+        let derefs = self.derefs_before(base, name);
+        derefs.iter().fold(place.clone(), |place, through| self.named_by_deref(place, *through)).field(name)
+    }
+
+    /// The place that a `deref` names, whatever else it does.
+    pub(super) fn named_by_deref(&self, place: Place, through: FunctionId) -> Place {
+        match self.through_deref(through) {
             Some(path) => place.join(&path.steps),
             None => place,
-        };
-        self.derefs_before(base, name).iter().fold(place.clone(), through).field(name)
+        }
     }
 
     /// The same, with what the `Deref` impls do.
@@ -87,24 +92,12 @@ impl Builder<'_> {
     fn through_deref(&self, function: FunctionId) -> Option<DerefPath> {
         let body = self.program.index.function(function).function.body.as_ref()?;
         let mut id = body.root;
-        let mut path = DerefPath { steps: Vec::new(), is_all: true };
-        loop {
-            match &body.expr(id).kind {
-                ExprKind::Block(block) => {
-                    path.is_all &= block.stmts.is_empty();
-                    id = block.tail?;
-                }
-                ExprKind::Reference { value, .. } | ExprKind::Deref(value) => id = *value,
-                ExprKind::Field { base, name } => {
-                    path.steps.push(Projection::Field(Arc::from(name.as_str())));
-                    id = *base;
-                }
-                ExprKind::Path(path) if path.ident() == Some("self") => break,
-                _ => return None,
-            }
+        let mut is_all = true;
+        while let ExprKind::Block(block) = &body.expr(id).kind {
+            is_all &= block.stmts.is_empty();
+            id = block.tail?;
         }
-        path.steps.reverse();
-        Some(path)
+        Some(DerefPath { steps: field_steps(body, id)?, is_all })
     }
 
     /// A reference to what `Deref` impls hand out, where that is asked for and one to its owner is given.
@@ -144,4 +137,23 @@ impl Builder<'_> {
         };
         wanted.is_some_and(|ty| matches!(&ty, Ty::Ref(false, own) if self.program.index.shares_no_filter(own, is_lock)))
     }
+}
+
+/// The way from `self` to a field, through references; `None` if an expression is something else.
+pub(super) fn field_steps(body: &Body, id: ExprId) -> Option<Vec<Projection>> {
+    let mut steps = Vec::new();
+    let mut at = id;
+    loop {
+        match &body.expr(at).kind {
+            ExprKind::Reference { value, .. } | ExprKind::Deref(value) => at = *value,
+            ExprKind::Field { base, name } => {
+                steps.push(Projection::Field(Arc::from(name.as_str())));
+                at = *base;
+            }
+            ExprKind::Path(path) if path.ident() == Some("self") => break,
+            _ => return None,
+        }
+    }
+    steps.reverse();
+    Some(steps)
 }

@@ -4,7 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Effect, Mark, Place};
 use crate::index::FunctionId;
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Path, TypeRef};
 use crate::types::{Callee, Resolved};
 
 /// A call that gives a future: it runs where that is awaited.
@@ -62,13 +62,43 @@ impl Builder<'_> {
             }
             return Some(Value::default());
         }
-        if blocks_on(name) {
+        if blocks_on(name) || self.gives_output_of_its_own(id, values) {
             return Some(self.awaited(future.clone(), self.span(id)));
         }
         // What stands in the crate under the name of a well-known one is only a stand-in for it; a timeout is what its body says.
         let is_known = name.starts_with("select") || name.starts_with("join");
         let completes = combines(name).filter(|_| is_known || !self.is_seen(id))?;
         Some(self.defer(id, Deferred::Several { values: values.to_vec(), completes }))
+    }
+
+    /// Whether a function gives what the future that it is given ends with, which it cannot have before that has ended:
+    /// `fn wait_for<F: Future>(future: F) -> F::Output`.
+    fn gives_output_of_its_own(&self, id: ExprId, values: &[Value]) -> bool {
+        let Some(target) = self.only_target(id) else { return false };
+        let function = &self.program.index.function(target).function;
+        let futures = || values.iter().filter(|value| value.closure.is_some()).count();
+        let TypeRef::Path(output) = &function.output else { return false };
+        let owner = match (&output.self_ty, output.segments.as_slice()) {
+            (Some(ty), [.., last]) if last.name == "Output" => (**ty).clone(),
+            (None, [owner, last]) if last.name == "Output" => {
+                TypeRef::Path(Path { segments: vec![owner.clone()], ..Path::default() })
+            }
+            _ => return false,
+        };
+        let is_own = |param: &TypeRef| match param {
+            TypeRef::Path(_) => *param == owner,
+            TypeRef::Reference { inner, .. } => **inner == owner,
+            _ => false,
+        };
+        futures() == 1 && function.params.iter().filter(|param| is_own(param)).count() == 1
+    }
+
+    /// Whether a function polls the future that it is given: how far it gets is not known.
+    pub(super) fn polls(&self, target: FunctionId, values: &[Value]) -> bool {
+        let body = self.program.index.function(target).function.body.as_ref();
+        let polls = |kind: &ExprKind| matches!(kind, ExprKind::MethodCall { method, .. } if method == "poll");
+        values.iter().any(|value| self.is_future(value))
+            && body.is_some_and(|body| body.exprs.iter().any(|expr| polls(&expr.kind)))
     }
 
     /// Whether the body of the function that is called can be read.

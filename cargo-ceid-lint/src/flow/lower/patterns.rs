@@ -222,6 +222,8 @@ impl Builder<'_> {
         self.note_ends(expr);
         // A number is there, whichever it is: `matches!(level, 3..=9)` compares.
         about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
+        // `if let Ok(Event::Tick) = events.recv()` chooses as an arm does.
+        about.is_event |= is_event_source(&about) && self.asks_what_came(pat);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
         let (value, ty) = (value.clone(), self.ty(expr).clone());
@@ -230,6 +232,23 @@ impl Builder<'_> {
         if let Some(emptied) = matched.value.place.filter(|_| taken.is_some() && self.at.is_some()) {
             self.emptied(emptied, span);
             self.note_pointed(self.ty(expr));
+        }
+    }
+
+    /// Whether a pattern asks which value there is, not only whether there is one.
+    fn asks_what_came(&self, pat: PatId) -> bool {
+        match &self.body().pat(pat).kind {
+            PatKind::TupleStruct(_, inner) => match inner.as_slice() {
+                [inner] => match &self.body().pat(*inner).kind {
+                    PatKind::Wild | PatKind::Rest => false,
+                    PatKind::Bind { sub: None, .. } => self.typed().pat_def.contains_key(inner),
+                    PatKind::Tuple(parts) => !parts.is_empty(),
+                    _ => true,
+                },
+                _ => false,
+            },
+            PatKind::Or(pats) => pats.iter().any(|pat| self.asks_what_came(*pat)),
+            _ => false,
         }
     }
 
@@ -785,7 +804,7 @@ fn part_of(value: &Value, names: &[&str]) -> Value {
 }
 
 /// Whether a match chooses between events: on the result of an awaited `select`, or of a receiver.
-fn is_event_source(about: &About) -> bool {
+pub(super) fn is_event_source(about: &About) -> bool {
     about.names.iter().any(|name| {
         matches!(
             name.as_str(),

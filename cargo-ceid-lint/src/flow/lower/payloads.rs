@@ -1,5 +1,6 @@
 //! Conditions on what options and results hold: `read().is_ok_and(|z| z > 0.0)`.
 
+use super::patterns::is_event_source;
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Effect, NodeId};
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -72,6 +73,7 @@ impl Builder<'_> {
             Some(_) => Some(ClosureRef { frame: self.frame, expr: code }),
             None => self.expr(code).closure,
         };
+        let first = self.graph.nodes.len();
         let (there, absent) = match closure {
             Some(closure) => {
                 self.derive_payload(closure, receiver);
@@ -82,6 +84,12 @@ impl Builder<'_> {
                 self.branch_on_head(&value, "+", "-", span, self.text(receiver), about)
             }
         };
+        // `events.recv().is_ok_and(|event| event == Event::Tick)` chooses as an arm does.
+        for node in &mut self.graph.nodes[first..] {
+            if let Effect::Branch(test) = &mut node.effect {
+                test.about.is_event |= is_event_source(&test.about);
+            }
+        }
         let (present, absent) = if of_err { (absent, there) } else { (there, absent) };
         let holds = self.add_node(Effect::Nothing, span);
         self.link(absent, if default { holds } else { no });

@@ -179,6 +179,11 @@ impl Builder<'_> {
     /// An entry of a table or a part of a slice: `WEIGHTS[i]`, `frame[1..]`.
     fn pure_entry(&mut self, id: ExprId) -> Option<Pure> {
         let ExprKind::Index { base, index } = self.body().expr(id).kind else { return None };
+        if let Some(own) = self.typed().indexed.get(&id)
+            && !own.targets.iter().all(|target| super::reading::is_pure_function(self.program, *target, 0))
+        {
+            return None;
+        }
         let (table, at) = (self.pure(base)?, self.pure(index)?);
         let key = format!("{}[{}]", table.key, at.key);
         Some(Pure { key, reads: [table.reads, at.reads].concat(), whole: None })
@@ -192,7 +197,7 @@ impl Builder<'_> {
                 let base = self.pure_setting(*base)?;
                 Some(Pure { key: format!("{}.{name}", base.key), ..base })
             }
-            ExprKind::Index { base, index } => {
+            ExprKind::Index { base, index } if !self.typed().indexed.contains_key(&id) => {
                 let base = self.pure_setting(*base)?;
                 let index = self.pure(*index)?;
                 let key = format!("{}[{}]", base.key, index.key);
@@ -265,8 +270,12 @@ impl Builder<'_> {
         if let Some(place) = self.borrowed_cell(*base) {
             return Some(pure_place(place.field(name)));
         }
-        let is_borrowed =
-            matches!(&self.body().expr(*base).kind, ExprKind::MethodCall { method, .. } if method == "borrow");
+        let is_borrowed = match &self.body().expr(*base).kind {
+            ExprKind::MethodCall { method, .. } => method == "borrow",
+            // `legs[Leg::Left].is_down`
+            ExprKind::Index { .. } => self.typed().indexed.contains_key(base),
+            _ => false,
+        };
         Some(self.pure(*base).filter(|_| is_borrowed)?.part(name))
     }
 

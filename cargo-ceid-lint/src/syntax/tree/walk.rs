@@ -57,6 +57,20 @@ impl Body {
         }
     }
 
+    /// The places that an assignment gives values to: the parts of what it takes apart, `(self.x, Point { y, .. }) = …`.
+    #[must_use]
+    pub fn assigned_places(&self, target: ExprId) -> Vec<ExprId> {
+        match &self.expr(target).kind {
+            ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } | ExprKind::Call { args: parts, .. } => {
+                parts.iter().flat_map(|part| self.assigned_places(*part)).collect()
+            }
+            ExprKind::Struct { fields, .. } => {
+                fields.iter().flat_map(|(_, part)| self.assigned_places(*part)).collect()
+            }
+            _ => vec![target],
+        }
+    }
+
     /// The expression in which each one lies directly.
     #[must_use]
     pub fn parents(&self) -> Vec<Option<ExprId>> {

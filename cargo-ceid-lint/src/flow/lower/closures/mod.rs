@@ -381,7 +381,7 @@ pub(super) fn is_named(body: &Body, id: ExprId) -> bool {
 pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
     let assigned = body.exprs.iter().flat_map(|expr| match &expr.kind {
         ExprKind::Assign { place, .. } => {
-            let places = super::borrowed::assigned_places(body, *place);
+            let places = body.assigned_places(*place);
             places.iter().filter_map(|place| typed.expr_local.get(place).copied()).collect()
         }
         ExprKind::Block(block) => {

@@ -603,7 +603,9 @@ impl Builder<'_> {
         // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
         let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
         // `voices.retain(|voice| …)` asks each element, and keeps some.
-        let asks_each = matches!(method, "retain" | "retain_mut") && self.may_hold_filter(self.ty(receiver));
+        let is_collection = || crate::types::item_of(self.ty(receiver).peel()).is_some();
+        let asks_each = matches!(method, "retain" | "retain_mut")
+            && (self.may_hold_filter(self.ty(receiver)) || is_collection() && self.is_closure(args));
         if !(maps_array || asks_each || consumes && self.is_iterator(receiver, method))
             || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
@@ -687,6 +689,10 @@ impl Builder<'_> {
             _ if carried.is_some() => Value { place: carried, is_owned: true, ..Value::default() },
             _ => mapped.or(rebuilt).unwrap_or(picked),
         })
+    }
+
+    fn is_closure(&self, args: &[ExprId]) -> bool {
+        args.iter().any(|arg| matches!(self.body().expr(*arg).kind, ExprKind::Closure(_)))
     }
 
     /// Whether an expression is an iterator, as far as its type or its shape tells.

@@ -321,6 +321,10 @@ pub(super) fn is_pure_function(program: &Program<'_>, id: FunctionId, depth: u32
         | ExprKind::Struct { .. }
         | ExprKind::Closure(_)
         | ExprKind::Reference { mutable: false, .. } => true,
+        ExprKind::Index { .. } => {
+            let own = typed.indexed.get(&at(number)).map_or(&[][..], |own| &own.targets);
+            own.iter().all(|target| is_pure_function(program, *target, depth + 1))
+        }
         ExprKind::Block(block) => {
             block.stmts.iter().all(|stmt| matches!(stmt.kind, StmtKind::Let { .. } | StmtKind::Expr { .. }))
         }

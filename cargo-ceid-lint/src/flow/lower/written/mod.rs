@@ -130,7 +130,7 @@ impl<'p, 'a> Method<'p, 'a> {
                         return None;
                     }
                     // `(self.x, self.y) = (x, y)`
-                    let parts = super::borrowed::assigned_places(self.body, *place);
+                    let parts = self.body.assigned_places(*place);
                     fields.extend(parts.iter().filter_map(|part| self.field(*part)).map(str::to_owned));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => {

@@ -87,6 +87,10 @@ impl Method<'_, '_> {
                 part.extend(is_whole.then(|| name.clone()));
                 Some((part, is_whole))
             }
+            // What the type's own `[]` means may be another element.
+            ExprKind::Index { base, .. } if self.typed.indexed.contains_key(&expr) => {
+                Some((self.part(*base)?.0, false))
+            }
             ExprKind::Index { base, index } => {
                 let (mut part, is_whole) = self.part(*base)?;
                 let number = self.head(*index).filter(|head| head.parse::<u64>().is_ok());
@@ -174,7 +178,7 @@ impl Method<'_, '_> {
                     if self.is_self(*place) {
                         return None;
                     }
-                    let places = super::super::borrowed::assigned_places(self.body, *place);
+                    let places = self.body.assigned_places(*place);
                     found.extend(places.iter().filter_map(|place| part(*place)));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => found.extend(part(*value)),

@@ -1,8 +1,10 @@
 //! Expressions that are places: variables, fields, elements, through references, pointers, options and locks.
 
+mod indexed;
+
 use super::{Builder, Value};
 use crate::flow::{Effect, IndexKey, Place, Section, Transfer, Var};
-use crate::index::{Def, FunctionId, Ty, TypeId};
+use crate::index::{Def, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
 impl Builder<'_> {
@@ -17,6 +19,7 @@ impl Builder<'_> {
             }
             ExprKind::Index { base, index } => {
                 let place = self.static_place(*base)?;
+                let place = self.indexed_place(id, place)?;
                 let key = self.index_key(*index)?;
                 Some(place.element(key))
             }
@@ -127,10 +130,10 @@ impl Builder<'_> {
         let value = self.expr(base);
         let index_value = self.expr(index);
         let of_variant = self.cast_variant(index);
-        if let Some(function) = self.index_function(self.ty(base)) {
-            let result = self.emit_call(id, &[function], &[base, index], &[value, index_value], None);
-            return Value { place: Some(Place::var(result)), ..Value::default() };
-        }
+        let value = match self.indexed(id, base, index, value, &index_value) {
+            Ok(given) => return given,
+            Err(collection) => collection,
+        };
         let Some(place) = value.place else { return Value::default() };
         let is_map = self.ty(base).peel().external_name().is_some_and(|name| name.ends_with("Map"));
         let key = match &self.body().expr(index).kind {
@@ -147,17 +150,6 @@ impl Builder<'_> {
             }
         };
         Value { place: Some(place), is_owned: true, ..Value::default() }
-    }
-
-    /// What `[]` runs on a value of a type that has its own.
-    fn index_function(&self, ty: &Ty) -> Option<FunctionId> {
-        let ty = ty.peel();
-        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) {
-            return None;
-        }
-        let index = self.program.index;
-        let own = ["index_mut", "index"].into_iter().flat_map(|name| index.methods(ty, name));
-        own.filter(|owner| owner.of_trait().is_some()).find_map(|owner| owner.function())
     }
 
     /// The slice that a range selects; `None` if it is the whole, or begins with its first element and is cut somewhere.
@@ -248,7 +240,7 @@ impl Builder<'_> {
                 ExprKind::Deref(inner) | ExprKind::Index { base: inner, .. } => at = *inner,
                 ExprKind::Path(_) => break,
                 ExprKind::Tuple(_) | ExprKind::Struct { .. } => {
-                    let places = super::borrowed::assigned_places(body, at);
+                    let places = body.assigned_places(at);
                     return places.into_iter().flat_map(|place| self.assigned_vars(place)).collect();
                 }
                 _ => return Vec::new(),
