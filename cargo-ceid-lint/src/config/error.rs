@@ -44,19 +44,47 @@ pub struct ConfigError {
     pub help: Option<String>,
     /// The whole text, so that the place can be shown.
     pub text: Option<Arc<str>>,
+    /// What else is wrong.
+    pub others: Vec<ConfigError>,
 }
 
 impl ConfigError {
     /// An error at `place`.
     #[must_use]
     pub fn at(place: Place, message: impl Into<String>) -> Self {
-        Self { place: Some(place), message: message.into(), help: None, text: None }
+        Self { place: Some(place), ..Self::without_place(message) }
+    }
+
+    /// An error whose message says where it is.
+    #[must_use]
+    pub fn without_place(message: impl Into<String>) -> Self {
+        Self { place: None, message: message.into(), help: None, text: None, others: Vec::new() }
     }
 
     /// The same, saying what to do next.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    /// All of these as one; `None` if there are none.
+    #[must_use]
+    pub fn all(errors: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let mut errors = errors.into_iter().flat_map(|mut error| {
+            let others = std::mem::take(&mut error.others);
+            std::iter::once(error).chain(others)
+        });
+        let mut first = errors.next()?;
+        first.others.extend(errors);
+        Some(first)
+    }
+
+    /// The same, shown in a text.
+    #[must_use]
+    pub fn in_text(mut self, text: &Arc<str>) -> Self {
+        self.text.get_or_insert_with(|| Arc::clone(text));
+        self.others = self.others.into_iter().map(|other| other.in_text(text)).collect();
         self
     }
 

@@ -83,7 +83,6 @@ impl Index {
     /// If it names nothing, or if its law or its resets do.
     pub fn add_filter(&mut self, scope: &EntryScope<'_>, entry: &FilterEntry) -> Result<(), ConfigError> {
         let word = entry.target.path();
-        let methods = || entry.law.iter().flatten().chain(&entry.reset).chain(&entry.partial_reset);
         let found = match &entry.target {
             FilterTarget::Function(_) => self.laws_named(scope, word),
             FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type"),
@@ -99,8 +98,11 @@ impl Index {
                 return Err(self.is_something_else(word, def, &entry.target));
             }
             if !matches!(entry.target, FilterTarget::Function(_)) {
-                for method in methods() {
+                for method in entry.law.iter().flatten() {
                     self.check_method(scope, def, word, method)?;
+                }
+                for method in entry.reset.iter().chain(&entry.partial_reset) {
+                    self.check_reset(scope, def, word, method)?;
                 }
             }
         }
@@ -253,8 +255,9 @@ impl Index {
                     return Err(ConfigError::at(entry.guard_type.place.clone(), message));
                 }
             };
-            self.check_method(scope, &def, &entry.guard_type, &entry.register)?;
-            self.guards.push(GuardSpec { ty, register: entry.register.text.clone() });
+            self.check_register(scope, &def, entry)?;
+            let register = entry.register.text.rsplit("::").next().unwrap_or_default().to_owned();
+            self.guards.push(GuardSpec { ty, register });
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ mod calls;
 mod closure_params;
 mod collected;
 mod expr;
+mod guards;
 mod infer;
 mod methods;
 mod named;
