@@ -157,7 +157,9 @@ impl Index {
             !self.named_by(scope, &word.text, Namespace::Value).is_empty()
         } else {
             self.functions.iter().any(|own| {
-                own.owner == Owner::Module && own.name == word.text && scope.crates.contains(&self.module(own.module).krate)
+                own.owner == Owner::Module
+                    && own.name == word.text
+                    && scope.crates.contains(&self.module(own.module).krate)
             })
         };
         if is_function { Ok(()) } else { self.check_method(scope, def, &entry.guard_type, word) }

@@ -35,8 +35,8 @@ pub(super) fn define(roots: &[&Path], path: &str, source: &dyn ReadSource) -> bo
 fn files_of_module(declaring: &Path, name: &str, source: &dyn ReadSource) -> Vec<PathBuf> {
     let beside = declaring.with_file_name("");
     let below = declaring.with_extension("");
-    let places = [&beside, &below].into_iter().flat_map(|directory| {
-        [directory.join(format!("{name}.rs")), directory.join(name).join("mod.rs")]
-    });
+    let places = [&beside, &below]
+        .into_iter()
+        .flat_map(|directory| [directory.join(format!("{name}.rs")), directory.join(name).join("mod.rs")]);
     places.filter(|path| path != declaring && source.exists(path)).collect()
 }

@@ -7,6 +7,7 @@ mod adapted;
 mod builtin;
 mod calls;
 mod closure_params;
+mod coercions;
 mod collected;
 mod expr;
 mod guards;
