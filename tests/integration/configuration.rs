@@ -374,7 +374,6 @@ fn what_names_something_is_accepted() {
     check_accepted("[[cycle]]\nfunction = \"crate::Robot::tick\"\n");
     check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"over\"\n");
     check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"idle\"\n");
-    check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"crate::idle\"\n");
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub struct ConfigError {
     /// The whole text, so that the place can be shown.
     pub text: Option<Arc<str>>,
     /// What else is wrong.
-    pub others: Vec<ConfigError>,
+    pub next: Option<Box<ConfigError>>,
 }
 
 impl ConfigError {
@@ -58,7 +58,7 @@ impl ConfigError {
     /// An error whose message says where it is.
     #[must_use]
     pub fn without_place(message: impl Into<String>) -> Self {
-        Self { place: None, message: message.into(), help: None, text: None, others: Vec::new() }
+        Self { place: None, message: message.into(), help: None, text: None, next: None }
     }
 
     /// The same, saying what to do next.
@@ -70,21 +70,27 @@ impl ConfigError {
 
     /// All of these as one; `None` if there are none.
     #[must_use]
-    pub fn all(errors: impl IntoIterator<Item = Self>) -> Option<Self> {
-        let mut errors = errors.into_iter().flat_map(|mut error| {
-            let others = std::mem::take(&mut error.others);
-            std::iter::once(error).chain(others)
-        });
-        let mut first = errors.next()?;
-        first.others.extend(errors);
-        Some(first)
+    pub fn all(errors: Vec<Self>) -> Option<Self> {
+        errors.into_iter().rev().reduce(|rest, mut error| {
+            let mut last = &mut error.next;
+            while let Some(next) = last {
+                last = &mut next.next;
+            }
+            *last = Some(Box::new(rest));
+            error
+        })
+    }
+
+    /// This error and what else is wrong.
+    pub fn each(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(Some(self), |error| error.next.as_deref())
     }
 
     /// The same, shown in a text.
     #[must_use]
     pub fn in_text(mut self, text: &Arc<str>) -> Self {
         self.text.get_or_insert_with(|| Arc::clone(text));
-        self.others = self.others.into_iter().map(|other| other.in_text(text)).collect();
+        self.next = self.next.map(|next| Box::new(next.in_text(text)));
         self
     }
 

@@ -268,8 +268,7 @@ impl Index {
                 }
             };
             self.check_register(scope, &def, entry)?;
-            let register = entry.register.text.rsplit("::").next().unwrap_or_default().to_owned();
-            self.guards.push(GuardSpec { ty, register });
+            self.guards.push(GuardSpec { ty, register: entry.register.text.clone() });
         }
         Ok(())
     }

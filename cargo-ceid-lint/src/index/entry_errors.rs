@@ -153,15 +153,10 @@ impl Index {
         entry: &GuardEntry,
     ) -> Result<(), ConfigError> {
         let word = &entry.register;
-        let is_function = if word.text.contains("::") {
-            !self.named_by(scope, &word.text, Namespace::Value).is_empty()
-        } else {
-            self.functions.iter().any(|own| {
-                own.owner == Owner::Module
-                    && own.name == word.text
-                    && scope.crates.contains(&self.module(own.module).krate)
-            })
-        };
+        let is_function = self.functions.iter().any(|own| {
+            let is_free = own.owner == Owner::Module && own.name == word.text;
+            is_free && scope.crates.contains(&self.module(own.module).krate)
+        });
         if is_function { Ok(()) } else { self.check_method(scope, def, &entry.guard_type, word) }
     }
 

@@ -159,7 +159,7 @@ fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
     let mut sources = SourceMap::new(project.root.clone());
     let mut files: Vec<(&Path, FileId)> = Vec::new();
     let mut problems = Vec::new();
-    for error in std::iter::once(error).chain(&error.others) {
+    for error in error.each() {
         let mut problem = Problem {
             file: String::new(),
             span: None,
