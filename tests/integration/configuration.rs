@@ -299,6 +299,68 @@ fn cycles_and_guards_that_are_not_there_are_refused() {
 }
 
 #[test]
+fn all_that_is_wrong_is_told_at_once() {
+    let run = checked(
+        "[[filter]]\ntype = \"crate::Pid\"\nlaw = \"calc\"\n[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"clac\"\n[[cycle]]\nfunction = \"crate::idel\"\n",
+    );
+    run.assert_code(101).assert_stderr("`crate::Pid` names nothing").assert_stderr("has no method `clac`");
+    run.assert_stderr("`crate::idel` names nothing").assert_stderr("ceid-lint.toml:8:12");
+    let run = checked("[lints]\nskipped_update = \"dney\"\n[[filter]]\ntype = \"crate::control::Pid\"\nlaw = 3\n");
+    run.assert_code(101).assert_stderr("ceid-lint.toml:2:18").assert_stderr("ceid-lint.toml:5:7");
+    check_refused(
+        "[lints]\nskipped_update = \"deny\"\n\"ceid::skipped_update\" = \"allow\"\n",
+        "`skipped_update` has a level already",
+        "3:1",
+        "write it once",
+    );
+}
+
+#[test]
+fn a_path_without_its_crate_has_one_in_its_correction() {
+    check_refused(
+        "[[filter]]\ntype = \"Pid\"\nlaw = \"calc\"\n",
+        "`Pid` names nothing",
+        "2:8",
+        "`crate::control::Pid`",
+    );
+}
+
+#[test]
+fn what_a_target_defines_that_was_not_selected_is_no_mistake() {
+    let toy = "struct Toy(f32);\nimpl Toy { fn calc(&mut self) { self.0 += 1.0; } }\nfn main() { let mut toy = Toy(0.0); loop { toy.calc(); toy.calc(); } }\n";
+    let check = |path: &str, flags: &[&str], code: i32| {
+        let directory = package(CODE, &format!("[[filter]]\ntype = \"crate::{path}\"\nlaw = \"calc\"\n"));
+        workspace::write(&directory, "examples/toy.rs", toy.as_bytes());
+        run(&directory, flags).assert_code(code);
+    };
+    check("Toy", &[], 100);
+    check("Toy", &["--lib"], 0);
+    check("Toi", &["--lib"], 101);
+    check("control::Pidd", &["--lib"], 101);
+}
+
+#[test]
+fn an_entry_holds_for_the_type_of_its_path_that_has_the_law() {
+    let other = "struct Gain(f32);\nfn main() { println!(\"{}\", Gain(1.0).0); }\n";
+    let directory = package(CODE, "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"next\"\ninstance = \"arg(0)\"\n");
+    workspace::write(&directory, "examples/other.rs", other.as_bytes());
+    run(&directory, [""; 0]).assert_code(0);
+    let directory = package(CODE, "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"nxet\"\n");
+    workspace::write(&directory, "examples/other.rs", other.as_bytes());
+    run(&directory, [""; 0]).assert_code(101).assert_stderr("has no method `nxet`");
+}
+
+#[test]
+fn a_reset_of_a_trait_may_be_a_method_of_its_types() {
+    let code = "pub trait Estimator { fn step(&mut self); }\npub struct Tilt(f32);\nimpl Tilt { pub fn clear(&mut self) { self.0 = 0.0; } }\n\
+                impl Estimator for Tilt { fn step(&mut self) { self.0 += 1.0; } }\npub struct Lag;\nimpl Lag { pub fn rewind(&mut self) {} }\n";
+    let entry =
+        |reset: &str| format!("[[filter]]\ntrait = \"crate::Estimator\"\nlaw = \"step\"\nreset = \"{reset}\"\n");
+    run(&package(code, &entry("clear")), [""; 0]).assert_code(0);
+    run(&package(code, &entry("rewind")), [""; 0]).assert_code(101).assert_stderr("has no method `rewind`");
+}
+
+#[test]
 fn a_preset_that_is_not_there_is_refused() {
     check_refused("presets = [\"pid\", \"ahr\"]\n", "there is no preset `ahr`", "1:19", "did you mean `ahrs`?");
 }
@@ -311,6 +373,7 @@ fn what_names_something_is_accepted() {
     check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\n");
     check_accepted("[[cycle]]\nfunction = \"crate::Robot::tick\"\n");
     check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"over\"\n");
+    check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"idle\"\n");
 }
 
 #[test]

@@ -80,6 +80,11 @@ fn alternatives_halves_attempts_and_resets() {
 }
 
 #[test]
+fn laws_named_as_methods_of_wrappers_and_what_else_an_entry_may_say() {
+    check_with("configured_wrappers", "expected.txt", &["-W", "unproved_update"]);
+}
+
+#[test]
 fn instances_in_arguments_results_and_channels() {
     check("configured_instances");
 }

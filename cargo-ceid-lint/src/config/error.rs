@@ -44,19 +44,53 @@ pub struct ConfigError {
     pub help: Option<String>,
     /// The whole text, so that the place can be shown.
     pub text: Option<Arc<str>>,
+    /// What else is wrong.
+    pub next: Option<Box<ConfigError>>,
 }
 
 impl ConfigError {
     /// An error at `place`.
     #[must_use]
     pub fn at(place: Place, message: impl Into<String>) -> Self {
-        Self { place: Some(place), message: message.into(), help: None, text: None }
+        Self { place: Some(place), ..Self::without_place(message) }
+    }
+
+    /// An error whose message says where it is.
+    #[must_use]
+    pub fn without_place(message: impl Into<String>) -> Self {
+        Self { place: None, message: message.into(), help: None, text: None, next: None }
     }
 
     /// The same, saying what to do next.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    /// All of these as one; `None` if there are none.
+    #[must_use]
+    pub fn all(errors: Vec<Self>) -> Option<Self> {
+        errors.into_iter().rev().reduce(|rest, mut error| {
+            let mut last = &mut error.next;
+            while let Some(next) = last {
+                last = &mut next.next;
+            }
+            *last = Some(Box::new(rest));
+            error
+        })
+    }
+
+    /// This error and what else is wrong.
+    pub fn each(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(Some(self), |error| error.next.as_deref())
+    }
+
+    /// The same, shown in a text.
+    #[must_use]
+    pub fn in_text(mut self, text: &Arc<str>) -> Self {
+        self.text.get_or_insert_with(|| Arc::clone(text));
+        self.next = self.next.map(|next| Box::new(next.in_text(text)));
         self
     }
 

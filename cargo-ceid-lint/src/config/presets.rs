@@ -135,7 +135,7 @@ fn check_names(section: &Section) -> Result<(), ConfigError> {
             Some(near) => error.help(format!("did you mean `{near}`?")),
             None => error.help("a preset has the name of the crate's package"),
         };
-        return Err(ConfigError { text: Some(section.text.clone()), ..error });
+        return Err(error.in_text(&section.text));
     }
     Ok(())
 }

@@ -465,18 +465,16 @@ impl Context<'_> {
         let index = self.program.index;
         let decision = decision.unless_own_affair(index, facts.graph.function);
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
-        let first = || {
+        let of_half = || {
             let behind = super::instances::types_behind(index, facts.graph, place);
             let mut types = [&ty].into_iter().chain(&behind);
             let spec = types.find_map(|ty| index.filter_spec(ty).or_else(|| index.returned_spec(ty)));
-            let spec = spec.unwrap_or(index.trait_spec());
-            let group = spec.law.get(law);
-            group.and_then(|group| group.methods.first().cloned()).unwrap_or_default()
+            spec.unwrap_or(index.trait_spec()).name_of(law, decision.law.as_deref()).unwrap_or_default()
         };
         Pair {
             name: facts.graph.place_name(index, place),
             filter_type: index.type_name(&ty),
-            law: decision.law.clone().unwrap_or_else(first),
+            law: of_half(),
             half: law,
             verdict: decision.verdict,
             counts: decision.counts,

@@ -241,7 +241,14 @@ fn take_over(graph: &mut ControlFlowGraph, puts: &[BTreeSet<Put>]) {
 
 /// What a call has to do with if one of its targets puts references into a part of a receiver whose type is not known.
 fn puts_without_name(site: &CallSite, puts: &[&Put]) -> Vec<Place> {
-    let has_no_name = |put: &&&Put| place_of(&put.to, site).is_none();
+    // A number leads to nothing where it is given.
+    let may_refer = |from: &Given| match from.base {
+        GivenBase::Param(param) => site.args.get(param).is_none_or(|arg| !arg.is_plain),
+        GivenBase::Static(_) => true,
+    };
+    let puts_something =
+        |put: &Put| put.ways.iter().any(|way| way.is_change || way.parts.iter().any(|(_, from)| may_refer(from)));
+    let has_no_name = |put: &&&Put| place_of(&put.to, site).is_none() && puts_something(put);
     let mut places: Vec<Place> = Vec::new();
     for put in puts.iter().filter(has_no_name) {
         let from = put.ways.iter().flat_map(|way| &way.parts).map(|(_, from)| from);

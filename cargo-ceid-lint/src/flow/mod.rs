@@ -385,6 +385,8 @@ pub struct Argument {
     pub is_moved: bool,
     /// Whether all that it has of filters are references to them.
     pub is_reference: bool,
+    /// Whether it is a number or the like, so that it leads to nothing.
+    pub is_plain: bool,
     /// Whether what it lends are such references, so that another value there is no other filter.
     pub lends_references: bool,
     /// Whether the result of the call takes its place: `state = step(state)`.

@@ -83,13 +83,12 @@ impl Index {
     /// If it names nothing, or if its law or its resets do.
     pub fn add_filter(&mut self, scope: &EntryScope<'_>, entry: &FilterEntry) -> Result<(), ConfigError> {
         let word = entry.target.path();
-        let methods = || entry.law.iter().flatten().chain(&entry.reset).chain(&entry.partial_reset);
         let found = match &entry.target {
             FilterTarget::Function(_) => self.laws_named(scope, word),
             FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type"),
             FilterTarget::Trait(_) => self.named(scope, word, Namespace::Type, "trait"),
         };
-        let found = found.map_err(|error| {
+        let mut found = found.map_err(|error| {
             let values = self.named_by(scope, &word.text, Namespace::Value);
             let function = values.iter().find(|def| matches!(def, Def::Function(_)));
             function.map_or(error, |def| self.is_something_else(word, def, &entry.target))
@@ -98,11 +97,14 @@ impl Index {
             if self.subject(def, &entry.target).is_none() {
                 return Err(self.is_something_else(word, def, &entry.target));
             }
-            if !matches!(entry.target, FilterTarget::Function(_)) {
-                for method in methods() {
-                    self.check_method(scope, def, word, method)?;
-                }
-            }
+        }
+        // Another type of that path may have no such law: an entry holds where the law is.
+        let checked: Vec<_> = found.iter().map(|def| self.check_methods(scope, def, entry)).collect();
+        if checked.iter().any(Result::is_ok) {
+            let mut checked = checked.into_iter();
+            found.retain(|_| checked.next().is_some_and(|checked| checked.is_ok()));
+        } else if let Some(Err(error)) = checked.into_iter().next() {
+            return Err(error);
         }
         self.check_arguments(scope, &found, entry)?;
         for def in found {
@@ -126,6 +128,18 @@ impl Index {
             }
         }
         Ok(())
+    }
+
+    fn check_methods(&self, scope: &EntryScope<'_>, def: &Def, entry: &FilterEntry) -> Result<(), ConfigError> {
+        if matches!(entry.target, FilterTarget::Function(_)) {
+            return Ok(());
+        }
+        let word = entry.target.path();
+        for method in entry.law.iter().flatten() {
+            self.check_method(scope, def, word, method)?;
+        }
+        let mut resets = entry.reset.iter().chain(&entry.partial_reset);
+        resets.try_for_each(|method| self.check_reset(scope, def, word, method))
     }
 
     /// Checks that no type has another law by another trait of the same section, for one of the two would not be judged.
@@ -253,7 +267,7 @@ impl Index {
                     return Err(ConfigError::at(entry.guard_type.place.clone(), message));
                 }
             };
-            self.check_method(scope, &def, &entry.guard_type, &entry.register)?;
+            self.check_register(scope, &def, entry)?;
             self.guards.push(GuardSpec { ty, register: entry.register.text.clone() });
         }
         Ok(())

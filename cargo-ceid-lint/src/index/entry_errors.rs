@@ -6,7 +6,7 @@ use super::entries::EntryScope;
 use super::possible::may_define;
 use super::{Def, Index, ModuleId, Namespace, Owner, TraitName, TypeId};
 use crate::config::spelling::nearest;
-use crate::config::{ConfigError, FilterTarget, Word};
+use crate::config::{ConfigError, FilterTarget, GuardEntry, Word};
 use crate::syntax::tree::OpaqueMacro;
 
 impl Index {
@@ -49,6 +49,8 @@ impl Index {
                 )),
             };
         }
+        // A path begins in a crate.
+        let first = if self.is_crate_name(scope, first) { first } else { "crate" };
         let paths = self.paths_of(scope, first, wanted);
         let same = paths.iter().find(|path| self::last(path) == last);
         let near = || {
@@ -106,23 +108,70 @@ impl Index {
         {
             return Ok(());
         }
-        let message = format!("`{}` has no method `{}`", owner.text, method.text);
-        let error = ConfigError::at(method.place.clone(), message);
-        let names = self.method_names(def);
-        let near = nearest(&method.text, names.iter().copied());
-        if near.is_none()
+        let error = self.has_no_method(def, owner, method);
+        if nearest(&method.text, self.method_names(def)).is_none()
             && let Some(path) = self.other_owner(scope, owner, &method.text)
         {
             return Err(error.help(format!("`{path}` has it: an entry names the type of which the law is a method")));
         }
-        Err(match near {
+        Err(error)
+    }
+
+    /// An error if the type certainly has no such method to reset it; of a trait, if no type that implements it has, for that may be
+    /// a method of the type itself or of another trait.
+    pub(super) fn check_reset(
+        &self,
+        scope: &EntryScope<'_>,
+        def: &Def,
+        owner: &Word,
+        method: &Word,
+    ) -> Result<(), ConfigError> {
+        let is_of_type = |id: &TypeId| {
+            let of = match def {
+                Def::Trait(id) => TraitName::Local(*id),
+                Def::External(path) => TraitName::External(path.clone()),
+                _ => return false,
+            };
+            self.implements(&self.bare(*id), &of) && self.has_method(&Def::Type(*id), &method.text) != Some(false)
+        };
+        let mut types = (0u32..).zip(&self.types).map(|(number, _)| TypeId(number));
+        if scope.is_partial
+            || self.is_removed(scope, &method.text)
+            || self.has_method(def, &method.text) != Some(false)
+            || types.any(|id| is_of_type(&id))
+        {
+            return Ok(());
+        }
+        Err(self.has_no_method(def, owner, method))
+    }
+
+    /// An error if what gives the guard of an entry is neither one of its methods nor a function.
+    pub(super) fn check_register(
+        &self,
+        scope: &EntryScope<'_>,
+        def: &Def,
+        entry: &GuardEntry,
+    ) -> Result<(), ConfigError> {
+        let word = &entry.register;
+        let is_function = self.functions.iter().any(|own| {
+            let is_free = own.owner == Owner::Module && own.name == word.text;
+            is_free && scope.crates.contains(&self.module(own.module).krate)
+        });
+        if is_function { Ok(()) } else { self.check_method(scope, def, &entry.guard_type, word) }
+    }
+
+    fn has_no_method(&self, def: &Def, owner: &Word, method: &Word) -> ConfigError {
+        let message = format!("`{}` has no method `{}`", owner.text, method.text);
+        let error = ConfigError::at(method.place.clone(), message);
+        let names = self.method_names(def);
+        match nearest(&method.text, names.iter().copied()) {
             Some(name) => error.help(format!("did you mean `{name}`?")),
             None if names.is_empty() => error,
             None => {
                 let list: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
                 error.help(format!("it has {}", list.join(", ")))
             }
-        })
+        }
     }
 
     /// The path of the only type that has a method of that name: a law that takes its state as an argument is one of another type.

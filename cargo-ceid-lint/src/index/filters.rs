@@ -92,6 +92,20 @@ impl FilterSpec {
         }
     }
 
+    /// What a half is told by: the method that runs there, unless other halves have it as well, or else the first of its own.
+    #[must_use]
+    pub fn name_of(&self, half: usize, running: Option<&str>) -> Option<String> {
+        let is_elsewhere = |method: &str| {
+            let others = self.law.iter().enumerate().filter(|(number, _)| *number != half);
+            others.flat_map(|(_, group)| &group.methods).any(|other| other == method)
+        };
+        if let Some(method) = running.filter(|method| !is_elsewhere(method)) {
+            return Some(method.to_owned());
+        }
+        let methods = &self.law.get(half)?.methods;
+        methods.iter().find(|method| !is_elsewhere(method)).or(methods.first()).cloned()
+    }
+
     /// The half of the law that a method runs.
     #[must_use]
     pub fn group(&self, method: &str) -> Option<usize> {
@@ -376,11 +390,19 @@ impl Index {
     pub fn law_group(&self, spec: &FilterSpec, method: &str, owner: &MethodOwner) -> Option<usize> {
         // A method of the same name of another trait is another method.
         if let Subject::Trait(of) = &spec.subject
-            && owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name))
+            && owner
+                .of_trait()
+                .is_some_and(|name| name != of && !self.is_filter_trait(name) && !self.has_from(of, name, method))
         {
             return None;
         }
         spec.group(method)
+    }
+
+    /// Whether a trait has a method from a trait that it asks for, and none of that name itself.
+    fn has_from(&self, of: &TraitName, asked: &TraitName, method: &str) -> bool {
+        let TraitName::Local(id) = of else { return false };
+        !self.trait_def(*id).methods.contains_key(method) && self.implied[id.0 as usize].contains(asked)
     }
 
     /// What is known of a type whose law a function is, and which half of it. What a trait that makes no filters declares beside an

@@ -9,7 +9,7 @@ use crate::diagnostic::Problem;
 use crate::project::{Package, Project};
 use crate::relevance::ReadAhead;
 use crate::rules;
-use crate::source::{ReadSource, SourceMap, Span};
+use crate::source::{FileId, ReadSource, SourceMap, Span};
 
 /// What the user asked for beyond what lies beside the code.
 #[derive(Clone, Debug, Default)]
@@ -157,20 +157,27 @@ fn configuration(project: &Project, overrides: LevelOverrides, source: &dyn Read
 /// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
 fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
     let mut sources = SourceMap::new(project.root.clone());
-    let mut problem = Problem {
-        file: String::new(),
-        span: None,
-        message: error.message.clone(),
-        help: error.help.clone(),
-        is_error: true,
-    };
-    if let Some(place) = &error.place {
-        problem.file = sources.display_name(&place.path);
-        if let Some(text) = &error.text {
-            let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-            let file = sources.add(&place.path, text.clone());
-            problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
+    let mut files: Vec<(&Path, FileId)> = Vec::new();
+    let mut problems = Vec::new();
+    for error in error.each() {
+        let mut problem = Problem {
+            file: String::new(),
+            span: None,
+            message: error.message.clone(),
+            help: error.help.clone(),
+            is_error: true,
+        };
+        if let Some(place) = &error.place {
+            problem.file = sources.display_name(&place.path);
+            if let Some(text) = &error.text {
+                let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+                let known = files.iter().find(|(path, _)| *path == place.path).map(|(_, file)| *file);
+                let file = known.unwrap_or_else(|| sources.add(&place.path, text.clone()));
+                files.push((&place.path, file));
+                problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
+            }
         }
+        problems.push(problem);
     }
-    Report { sources, problems: vec![problem], ..Report::default() }
+    Report { sources, problems, ..Report::default() }
 }

@@ -1,10 +1,13 @@
 //! What the entries of the configuration come to in code that is analysed in parts. Never resolves a path itself.
 
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use crate::config::{Config, ConfigError, CycleTarget, Preset, Scope, Section};
+use super::left_out;
+use crate::config::{Config, ConfigError, CycleTarget, Preset, Scope, Section, Word};
 use crate::index::{CrateId, EntryScope, Index, Namespace};
-use crate::project::Project;
+use crate::project::{Package, Project};
+use crate::source::ReadSource;
 
 /// Which entries named something in some part.
 #[derive(Debug)]
@@ -93,20 +96,39 @@ pub(super) fn add_some(
 /// Makes filters, cycles and guards of what the entries name.
 ///
 /// # Errors
-/// If an entry names nothing.
+/// If entries name nothing: all that is wrong.
 pub(super) fn add_all(
     project: &Project,
     config: &Config,
     index: &mut Index,
     is_partial: bool,
+    source: &dyn ReadSource,
 ) -> Result<(), ConfigError> {
+    let mut errors = Vec::new();
     for (number, section) in config.sections.iter().enumerate() {
         let scope = section_scope(project, &project.graph, index, (number, section), is_partial);
-        for (added, _) in outcomes(index, &scope, section) {
-            added.map_err(|error| ConfigError { text: Some(section.text.clone()), ..error })?;
+        let roots = packages_of(project, section).flat_map(|package| &package.roots_left_out);
+        let roots: Vec<&Path> = roots.map(PathBuf::as_path).collect();
+        let filters = section.filters.iter().map(|entry| entry.target.path());
+        let cycles = section.cycles.iter().map(|entry| entry.target.path());
+        let words = filters.chain(cycles).chain(section.guards.iter().map(|entry| &entry.guard_type));
+        let words: Vec<&Word> = words.collect();
+        for ((added, is_wrong), word) in outcomes(index, &scope, section).into_iter().zip(words) {
+            if let Err(error) = added
+                && (is_wrong || !left_out::define(&roots, &word.text, source))
+            {
+                errors.push(error.in_text(&section.text));
+            }
         }
     }
-    Ok(())
+    ConfigError::all(errors).map_or(Ok(()), Err)
+}
+
+fn packages_of<'a>(project: &'a Project, section: &'a Section) -> impl Iterator<Item = &'a Package> {
+    project.packages.iter().filter(|package| match &section.scope {
+        Scope::Workspace(root) => package.workspace_root == *root,
+        Scope::Package(manifest) => package.manifest_path == *manifest,
+    })
 }
 
 /// Makes filters and cycles of the entries of presets, where the configuration says nothing of them.

@@ -3,6 +3,7 @@
 mod configured;
 mod entries;
 mod known;
+mod left_out;
 mod macros;
 mod manifests;
 mod memory;
@@ -250,7 +251,7 @@ impl Run<'_> {
         let part = parse::parse(self.project, source, &packages);
         watch.lap(Stage::Parse);
         let (mut report, _) = self.analysed(part, Cores::all(), |index, is_partial| {
-            entries::add_all(self.project, self.config, index, is_partial)?;
+            entries::add_all(self.project, self.config, index, is_partial, &**source)?;
             entries::add_presets(self.presets, &self.project.graph, index)?;
             Ok(Vec::new())
         })?;

@@ -80,19 +80,19 @@ pub fn unknown_name(name: &str) -> Option<String> {
 /// Checks that the configuration names only rules and groups that there are.
 ///
 /// # Errors
-/// The first unknown name, with its place and the nearest right spelling.
+/// The unknown names, with their places and the nearest right spellings.
 pub fn validate(config: &Config) -> Result<(), ConfigError> {
+    let mut errors = Vec::new();
     for (section, entry) in config.sections.iter().flat_map(|section| section.lints.iter().map(move |it| (section, it)))
     {
         if let LevelSource::File(place) = &entry.source
             && !names().contains(&entry.name.as_str())
         {
             let error = ConfigError::at(place.clone(), format!("unknown rule or group `{}`", entry.name));
-            let text = Some(section.text.clone());
-            return Err(ConfigError { text, ..error.did_you_mean(&entry.name, &names()) });
+            errors.push(error.did_you_mean(&entry.name, &names()).in_text(&section.text));
         }
     }
-    Ok(())
+    ConfigError::all(errors).map_or(Ok(()), Err)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What methods of the standard library (and of crates that follow its shapes) give back.
 
+use super::guards::opened;
 use crate::index::{Length, Ty};
 
 /// Pointers and wrappers that hand out their content by themselves (`Deref`).
@@ -258,7 +259,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                 }
                 "OnceCell" | "OnceLock" if matches!(method, "get" | "get_mut") => Some(option(reference(inner))),
                 "LocalKey" => key_method(&inner, method, closure),
-                _ if is_cell(name) => cell_method(&inner, method, closure),
+                _ if is_cell(name) => cell_method(path, &inner, method, closure),
                 _ => None,
             }
         }
@@ -337,7 +338,7 @@ fn key_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     }
 }
 
-fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
+fn cell_method(path: &str, inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     if let Some(result) = closure {
         return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read")
             .then(|| result.clone());
@@ -347,10 +348,10 @@ fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
         && let Ty::External(path, params) = inner
         && is_cell(path.rsplit("::").next().unwrap_or(""))
     {
-        return cell_method(&arg(params, 0), method, closure);
+        return cell_method(path, &arg(params, 0), method, closure);
     }
     if opens_cell(method) {
-        return Some(Ty::std("std::sync::LockResult", vec![reference(inner.clone())]));
+        return Some(opened(path, method, inner.clone()));
     }
     match method {
         "into_inner" | "replace" | "take" | "get" => Some(inner.clone()),

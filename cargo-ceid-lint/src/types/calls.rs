@@ -8,9 +8,6 @@ use super::{Callee, Resolved};
 use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Path};
 
-/// How many `Deref` impls are gone through.
-const MAX_DEREFS: usize = 4;
-
 impl Infer<'_> {
     pub(super) fn call(&mut self, id: ExprId, callee: ExprId, args: &[ExprId], expected: Option<&Ty>) -> Ty {
         let body = self.body;
@@ -273,49 +270,6 @@ impl Infer<'_> {
             self.variables.unify(&output.substitute(map), &found);
         }
         self.typed.expr_ty[arg.0 as usize] = ty;
-    }
-
-    /// Unifies an argument with a parameter; a reference to a pointer is a reference to its content where that is asked for.
-    fn coerce(&mut self, wanted: &Ty, found: &Ty) {
-        let found = self.variables.shallow(found);
-        if let (Ty::Ref(_, inner), Ty::Ref(_, content)) = (self.variables.shallow(wanted), &found)
-            && let Ty::External(path, args) = self.variables.shallow(content)
-            && builtin::is_pointer(path.rsplit("::").next().unwrap_or(""))
-            && !matches!(self.variables.shallow(&inner), Ty::Var(_) | Ty::External(..))
-            && !args.is_empty()
-        {
-            return self.variables.unify(&inner, &args[0]);
-        }
-        self.variables.unify(wanted, &found);
-    }
-
-    /// The type as which a reference is lent where one to something else is expected, to which `Deref` impls of the analysed code lead.
-    pub(super) fn lent_as(&mut self, id: ExprId, found: &Ty, expected: &Ty) -> Option<Ty> {
-        let Ty::Ref(mutable, own) = found else { return None };
-        let Ty::Ref(_, wanted) = self.variables.shallow(expected) else { return None };
-        let (Ty::Adt(wanted, _), mut own) = (self.variables.shallow(&wanted), self.variables.shallow(own)) else {
-            return None;
-        };
-        let mut derefs = Vec::new();
-        while derefs.len() < MAX_DEREFS {
-            match &own {
-                Ty::Adt(id, _) if *id == wanted => break,
-                Ty::Adt(..) => {
-                    let (target, through) = self.user_deref(&own)?;
-                    derefs.push(through);
-                    own = target;
-                }
-                Ty::External(path, args) if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) => {
-                    own = self.variables.shallow(args.first()?);
-                }
-                _ => return None,
-            }
-        }
-        let is_it = !derefs.is_empty() && matches!(&own, Ty::Adt(id, _) if *id == wanted);
-        is_it.then(|| {
-            self.typed.coerced.insert(id, derefs);
-            Ty::Ref(*mutable, Box::new(own))
-        })
     }
 
     fn call_external(&mut self, id: ExprId, path: &str, args: &[ExprId], expected: Option<&Ty>) -> Ty {

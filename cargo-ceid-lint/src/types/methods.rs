@@ -82,7 +82,9 @@ impl Infer<'_> {
                     if let Some(made) = self.builder_method(id, path, method, args) {
                         return made;
                     }
-                    if let Some(output) = self.builtin_call(id, &ty, method, args) {
+                    if !self.is_of_content(&ty, method, args)
+                        && let Some(output) = self.builtin_call(id, &ty, method, args)
+                    {
                         return output;
                     }
                     match (path.rsplit("::").next().unwrap_or(""), params.as_slice()) {

@@ -31,7 +31,7 @@ pub const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "g
 /// Reads the configuration of the workspaces with these roots and of the packages with these manifests from `source`.
 ///
 /// # Errors
-/// The first thing that is wrong, in the order of the files.
+/// What is wrong in the first file in which something is.
 pub fn load<'a>(
     roots: impl IntoIterator<Item = &'a Path>,
     manifests: impl IntoIterator<Item = &'a Path>,
@@ -58,7 +58,7 @@ pub fn load<'a>(
                     _ => ("it is not a file".to_owned(), "make it a file with the configuration, or remove it"),
                 };
                 let message = format!("cannot read `{}`: {why}", path.display());
-                ConfigError { place: None, message, help: Some(help.to_owned()), text: None }
+                ConfigError::without_place(message).help(help)
             })?;
             config.sections.push(read_file(&path, &text, scope())?);
         }
@@ -101,21 +101,32 @@ fn read_metadata(
 }
 
 fn with_text<T>(text: &str, read: impl FnOnce() -> Result<T, ConfigError>) -> Result<T, ConfigError> {
-    read().map_err(|error| ConfigError { text: Some(Arc::from(text)), ..error })
+    read().map_err(|error| error.in_text(&Arc::from(text)))
 }
 
 fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {
-    table.only(KEYS)?;
-    Ok(Section {
+    let mut errors = Vec::new();
+    errors.extend(table.only(KEYS).err());
+    let section = Section {
         scope,
         path: table.file.path.to_owned(),
         text: Arc::from(table.file.text),
-        presets: table.get("presets").map(presets).transpose()?,
-        exclude: table.get("exclude").map_or(Ok(Vec::new()), patterns)?,
-        lints: table.get("lints").map_or(Ok(Vec::new()), lints)?,
-        filters: entries(table, "filter", FilterEntry::read)?,
-        cycles: entries(table, "cycle", CycleEntry::read)?,
-        guards: entries(table, "guard", GuardEntry::read)?,
+        presets: table.get("presets").and_then(|value| read_or_note(&mut errors, presets(value).map(Some))),
+        exclude: table.get("exclude").map_or_else(Vec::new, |value| read_or_note(&mut errors, patterns(value))),
+        lints: table.get("lints").map_or_else(Vec::new, |value| read_or_note(&mut errors, lints(value))),
+        filters: read_or_note(&mut errors, entries(table, "filter", FilterEntry::read)),
+        cycles: read_or_note(&mut errors, entries(table, "cycle", CycleEntry::read)),
+        guards: read_or_note(&mut errors, entries(table, "guard", GuardEntry::read)),
+    };
+    errors.sort_by_key(|error| error.place.as_ref().map(|place| place.range.start));
+    ConfigError::all(errors).map_or(Ok(section), Err)
+}
+
+/// What was read, or nothing, so that the rest is read as well and all errors are told at once.
+fn read_or_note<T: Default>(errors: &mut Vec<ConfigError>, read: Result<T, ConfigError>) -> T {
+    read.unwrap_or_else(|error| {
+        errors.push(error);
+        T::default()
     })
 }
 
@@ -148,11 +159,11 @@ fn entries<T>(
     if value.is_table() {
         return Err(value.error(format!("`{key}` is a list of tables")).help(format!("write `[[{key}]]`")));
     }
-    let mut entries = Vec::new();
+    let (mut entries, mut errors) = (Vec::new(), Vec::new());
     for entry in value.list()? {
-        entries.extend(read(&entry.table("a table")?)?);
+        entries.extend(read_or_note(&mut errors, entry.table("a table").and_then(|table| read(&table))));
     }
-    Ok(entries)
+    ConfigError::all(errors).map_or(Ok(entries), Err)
 }
 
 fn presets(value: Value<'_>) -> Result<Presets, ConfigError> {
@@ -171,20 +182,34 @@ fn presets(value: Value<'_>) -> Result<Presets, ConfigError> {
 
 fn lints(value: Value<'_>) -> Result<Vec<LevelOverride>, ConfigError> {
     let table = value.table("a table of rules and levels")?;
-    let mut overrides = Vec::new();
+    let mut overrides: Vec<LevelOverride> = Vec::new();
+    let mut errors = Vec::new();
     for (key, place, value) in table.entries() {
-        let (level, priority) = if value.is_table() {
-            let setting = value.table("a level")?;
-            setting.only(&["level", "priority"])?;
-            let priority = setting.get("priority").map_or(Ok(0), Value::integer)?;
-            (level(setting.required("level", "\"warn\"")?)?, priority)
-        } else {
-            (level(value)?, 0)
-        };
         let name = levels::without_prefix(key).to_owned();
-        overrides.push(LevelOverride { name, level, priority, source: LevelSource::File(place) });
+        if overrides.iter().any(|known| known.name == name) {
+            let error = ConfigError::at(place, format!("`{name}` has a level already, under its other spelling"));
+            errors.push(error.help("write it once, with or without `ceid::`"));
+            continue;
+        }
+        match setting(value) {
+            Ok((level, priority)) => {
+                overrides.push(LevelOverride { name, level, priority, source: LevelSource::File(place) });
+            }
+            Err(error) => errors.push(error),
+        }
     }
-    Ok(overrides)
+    ConfigError::all(errors).map_or(Ok(overrides), Err)
+}
+
+/// A level, and how strong it is.
+fn setting(value: Value<'_>) -> Result<(Level, i64), ConfigError> {
+    if !value.is_table() {
+        return Ok((level(value)?, 0));
+    }
+    let setting = value.table("a level")?;
+    setting.only(&["level", "priority"])?;
+    let priority = setting.get("priority").map_or(Ok(0), Value::integer)?;
+    Ok((level(setting.required("level", "\"warn\"")?)?, priority))
 }
 
 fn level(value: Value<'_>) -> Result<Level, ConfigError> {

@@ -309,6 +309,7 @@ impl Builder<'_> {
                 is_shared: self.is_shared(*expr),
                 is_moved,
                 is_reference: self.program.index.refers_to_filters(self.ty(*expr)),
+                is_plain: super::values::is_plain(self.ty(*expr)),
                 lends_references: matches!(self.ty(*expr), Ty::Ref(true, inner) if self.program.index.refers_to_filters(inner)),
                 is_back: false,
                 is_copy,
