@@ -95,6 +95,15 @@ fn package_beside_a_broken_one_keeps_its_directory() {
 }
 
 #[test]
+fn targets_outside_of_the_directory_of_their_package() {
+    let manifest = alone("[lib]\npath = \"../code/lib.rs\"\n[[bin]]\nname = \"tool\"\npath = \"src/../../tool.rs\"\n");
+    let files = [("demo/Cargo.toml", manifest.as_str()), ("code/lib.rs", GUILTY), ("tool.rs", GUILTY)];
+    let directory = repository("targets_outside", &files);
+    let [library, tool] = ["code/lib.rs", "tool.rs"].map(|file| directory.join(file).to_string_lossy().into_owned());
+    check(&directory.join("demo"), &[], 100, &[&library, &tool], &[]);
+}
+
+#[test]
 fn git_dependency_that_is_not_there() {
     let manifest = alone("[dependencies]\nbus = { git = \"https://git.invalid/bus\" }\n");
     let files = [("Cargo.toml", &*manifest), ("src/lib.rs", GUILTY)];

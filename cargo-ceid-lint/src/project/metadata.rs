@@ -204,7 +204,7 @@ fn convert_package(
         Some(FoundTarget {
             name: target.name.clone(),
             kind,
-            src_path: target.src_path.clone().into(),
+            src_path: normalized(target.src_path.as_std_path()),
             edition: target.edition.to_string(),
             required_features: target.required_features.clone(),
             is_tested: target.test,
@@ -220,7 +220,7 @@ fn convert_package(
             .targets
             .iter()
             .find(|target| target.kind.contains(&Kind::CustomBuild))
-            .map(|target| target.src_path.clone().into()),
+            .map(|target| normalized(target.src_path.as_std_path())),
         targets: targets.collect(),
         features: package.features.clone(),
         dependencies: package.dependencies.iter().filter_map(convert_dependency).collect(),

@@ -185,7 +185,11 @@ impl Builder<'_> {
             }
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
-                self.write_whole(value, &given, span);
+                // A filter of longer standing goes on beside its copy.
+                match given.place.as_ref().is_some_and(|place| self.is_older(place)) {
+                    true if self.program.index.copies_filter(self.ty(args[0])) => self.write_copy(value, &given, span),
+                    _ => self.write_whole(value, &given, span),
+                }
                 self.note_put_in_cell(&given, args[0]);
                 Value::default()
             }

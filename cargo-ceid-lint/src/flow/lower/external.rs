@@ -297,12 +297,17 @@ impl Builder<'_> {
     /// Whether a filter is moved out of a variable from before the innermost loop, so that it is none that the iteration makes.
     fn is_older_filter(&self, id: ExprId, place: &Place) -> bool {
         let ty = self.ty(id);
-        let info = place.base_var().map(|var| self.graph.var(var)).filter(|_| place.steps.is_empty());
         let is_moved = self.may_hold_filter(ty)
             && !matches!(ty, Ty::Ref(..))
             && !self.is_option_of_references(ty)
             && !self.program.index.copies_filter(ty);
-        is_moved && info.is_some_and(|info| !info.name.is_empty() && info.in_loop != self.loops.last().copied())
+        is_moved && self.is_older(place)
+    }
+
+    /// Whether a place is a variable from before the innermost loop.
+    pub(super) fn is_older(&self, place: &Place) -> bool {
+        let info = place.base_var().map(|var| self.graph.var(var)).filter(|_| place.steps.is_empty());
+        info.is_some_and(|info| !info.name.is_empty() && info.in_loop != self.loops.last().copied())
     }
 
     /// `let old = mem::replace(&mut a, b);`: both filters have another name from here on.

@@ -114,7 +114,7 @@ fn target(table: &Table, name: String, kind: TargetKind, src_path: PathBuf, edit
     let required = table.get("required-features").and_then(Value::as_array);
     let required_features =
         required.into_iter().flatten().filter_map(|value| value.as_str().map(str::to_owned)).collect();
-    FoundTarget { name, kind, src_path, edition, required_features, is_tested, cargo }
+    FoundTarget { name, kind, src_path: normalized(&src_path), edition, required_features, is_tested, cargo }
 }
 
 /// A target as cargo would print it.
