@@ -14,7 +14,18 @@ use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Stmt, StmtKind};
 /// The statement that makes the guard, and the one before it that asks for the cycle's token, moved into the loop at `keyword`.
 ///
 /// What they need stays in reach, and nothing outside of the loop's body uses what they declare.
+///
+/// A guard that each round of another loop makes stays: that the inner one is meant, its rounds do not tell for sure.
 pub(super) fn suggestion(site: &Site<'_>, keyword: Span) -> Option<Suggestion> {
+    let guard = site.stmt().span;
+    let is_around = |body: ExprId| site.body.expr(body).span.contains(guard);
+    let is_of_round = site.body.exprs.iter().any(|expr| match expr.kind {
+        ExprKind::Loop { body, .. } | ExprKind::While { body, .. } | ExprKind::For { body, .. } => is_around(body),
+        _ => false,
+    });
+    if is_of_round {
+        return None;
+    }
     let mut moved = vec![site.at];
     let (names, init) = declared(site, site.stmt())?;
     let needs = needs(site, init)?;
