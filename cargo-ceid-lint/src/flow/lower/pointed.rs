@@ -238,12 +238,16 @@ impl Builder<'_> {
         if self.at.is_none() || !args.is_empty() || is_map(&ty) || !self.is_collection_of_references(&ty) {
             return false;
         }
-        let is_kept = tree.within(body).any(|id| {
-            matches!(tree.expr(id).kind, ExprKind::Break { .. }) || self.typed().expr_local.get(&id) == Some(&local)
+        // What leaves a loop around this one leaves the collection as well.
+        let is_outer = |other: &Option<String>| other.is_some() && other.as_ref() != label;
+        let is_kept = tree.within(body).any(|id| match &tree.expr(id).kind {
+            ExprKind::Break { label, .. } => !is_outer(label),
+            _ => self.typed().expr_local.get(&id) == Some(&local),
         });
-        let is_left = tree.within(body).any(|id| {
-            let kind = &tree.expr(id).kind;
-            matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Continue { label: Some(_) })
+        let is_left = tree.within(body).any(|id| match &tree.expr(id).kind {
+            ExprKind::Return(_) | ExprKind::Try(_) => true,
+            ExprKind::Break { label, .. } | ExprKind::Continue { label } => is_outer(label),
+            _ => false,
         });
         let var = self.var_of(local);
         let info = self.graph.var(var);
