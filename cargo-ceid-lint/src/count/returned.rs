@@ -2,7 +2,6 @@
 
 use crate::flow::{OTHER_HEADS, Program, Subject};
 use crate::index::{FunctionId, Index, Ty};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Path};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
 pub(super) type Heads = u32;
@@ -41,15 +40,17 @@ pub(super) fn of_others(subject: &Subject) -> Heads {
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
-/// what happens first, as `select` does, whatever constructors stand in its body. What does nothing but give a constant stands
-/// in for something that is not written yet, or for another build: `fn read() -> Option<f32> { None }`.
+/// what happens first, as `select` does, whatever constructors stand in its body.
 pub(super) fn of_function(program: &Program<'_>, function: FunctionId, heads: Heads) -> Heads {
     let function = &program.index.function(function).function;
-    match &function.body {
-        Some(body) if !function.is_const && is_constant(body, body.root) => ANY,
-        _ if function.is_async && heads & OTHER != 0 => heads | OTHER,
-        _ => heads,
-    }
+    if function.is_async && heads & OTHER != 0 { heads | OTHER } else { heads }
+}
+
+/// The same of a function that updates no filter. One that gives a single head on all its ways stands in for something that is
+/// not written yet, or for another build: `fn read(&mut self) -> Option<f32> { self.count += 1; Some(1.0) }`.
+pub(super) fn of_reader(program: &Program<'_>, function: FunctionId, heads: Heads) -> Heads {
+    let is_const = program.index.function(function).function.is_const;
+    if heads.count_ones() == 1 && !is_const { ANY } else { heads }
 }
 
 /// What a function gives back that ends the run, if it tells by ceid-core's `Flow` whether it wants another cycle.
@@ -64,25 +65,6 @@ pub(super) fn stop(index: &Index, function: FunctionId) -> Option<Heads> {
         _ => false,
     };
     is_flow.then(|| bit("Stop"))
-}
-
-fn is_constant(body: &Body, id: ExprId) -> bool {
-    match &body.expr(id).kind {
-        ExprKind::Literal(_) | ExprKind::Path(_) => true,
-        ExprKind::Block(block) => block.stmts.is_empty() && block.tail.is_some_and(|tail| is_constant(body, tail)),
-        ExprKind::Call { callee, args } => {
-            let is_constructor = matches!(&body.expr(*callee).kind, ExprKind::Path(path) if is_upper(path));
-            is_constructor && args.iter().all(|arg| is_constant(body, *arg))
-        }
-        ExprKind::Tuple(values) => values.iter().all(|value| is_constant(body, *value)),
-        ExprKind::Negate(value) => is_constant(body, *value),
-        _ => false,
-    }
-}
-
-/// Whether a path is spelled as constructors are.
-fn is_upper(path: &Path) -> bool {
-    path.text().rsplit("::").next().is_some_and(|name| name.starts_with(char::is_uppercase))
 }
 
 #[cfg(test)]

@@ -276,6 +276,10 @@ impl Summaries {
                 _ => {}
             }
         }
+        let updates = !touched.is_empty();
+        if !updates {
+            summary.heads = returned::of_reader(program, graph.function, summary.heads);
+        }
         summary.keeps = kept::params(program.index, graph, &aliases, self);
         summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
@@ -315,6 +319,10 @@ impl Summaries {
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
             summary.answers = answers(program, graph, &aliases, self);
+            let given = summary.answers.iter().fold(0, |heads, answer| heads | answer.returned);
+            if !updates && returned::of_reader(program, graph.function, given) != given {
+                summary.answers.iter_mut().for_each(|answer| answer.returned = returned::ANY);
+            }
         }
         summary
     }

@@ -187,6 +187,8 @@ pub struct About {
     pub is_guard: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
+    /// Whether a function is asked that answers without a look at anything, and so for one that is not written yet.
+    pub stands_in: bool,
     /// What it is, if it is a constant whose value is written out.
     pub constant: Option<bool>,
     /// The type whose associated constant it is, and the constant's name, if the type is a parameter: `C::TWICE`.

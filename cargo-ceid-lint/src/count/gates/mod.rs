@@ -253,12 +253,13 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     fn of_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let about = &test.about;
-        if about.is_constant {
+        if about.is_constant && !about.stands_in {
             return Some(Gate::Config);
         }
         // What something else may switch by another name is neither a setting nor a mode that is known.
         let is_left = |gate: &Gate| {
-            !matches!(gate, Gate::Config | Gate::Mode | Gate::Startup) || self.written_by_other_name(test).is_none()
+            let is_left = || !about.stands_in && self.written_by_other_name(test).is_none();
+            !matches!(gate, Gate::Config | Gate::Mode | Gate::Startup) || is_left()
         };
         self.of_named_test(test, at, way).filter(is_left)
     }

@@ -182,7 +182,7 @@ impl Builder<'_> {
             Some((pure, head)) => (Some(pure), head),
             None => (self.pure(id), "true"),
         };
-        let about = About { rest: self.answer_at_rest(id), ..self.about(id) };
+        let about = About { rest: self.answer_at_rest(id), stands_in: self.stands_in(id), ..self.about(id) };
         let value = match &self.body().expr(id).kind {
             // What is a condition as a value is not asked for twice.
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),

@@ -3,6 +3,7 @@
 use rustc_hash::FxHashSet;
 
 use super::reading::is_pure_function;
+use super::told::has_one_answer;
 use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{Head, NodeId, Place};
 use crate::index::{FunctionId, Owner, Shape, Ty};
@@ -28,6 +29,7 @@ impl Builder<'_> {
             || self.depth >= MAX_INLINE
             || self.inlining.contains(&target)
             || !(is_pure_function(self.program, target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
+            || self.stands_in(id)
             || self.static_place(receiver).is_none()
             || args.iter().any(|arg| self.is_constant(*arg) && self.mask_within(*arg).is_none())
         {
@@ -74,7 +76,8 @@ impl Builder<'_> {
             return None;
         }
         let typed = self.program.typed(*target)?;
-        let body = self.program.index.function(*target).function.body.as_ref()?;
+        let def = &self.program.index.function(*target).function;
+        let (body, is_const) = (def.body.as_ref()?, def.is_const);
         let is_reference =
             |pat: &PatId| typed.pat_local.get(pat).is_some_and(|local| matches!(typed.local(*local).ty, Ty::Ref(..)));
         let places: Vec<Option<Place>> = body
@@ -87,8 +90,12 @@ impl Builder<'_> {
         let (ty, span) = (typed.ty(body.root).clone(), self.span(id));
         let mut result = Value::default();
         self.read_in_place(*target, exprs, &places, values, |this, body| {
-            result = this.inline_body(ty, span, true, |this| this.expr(body.root));
+            result = this.inline_body(ty.clone(), span, true, |this| this.expr(body.root));
         });
+        if !is_const && has_one_answer(body) {
+            let var = self.temporary(ty, span);
+            result = Value { place: Some(Place::var(var)), is_owned: true, same_as: Some(var), ..Value::default() };
+        }
         Some(result)
     }
 
@@ -190,6 +197,14 @@ impl Builder<'_> {
             if super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method))
     }
 
+    /// Whether a call asks a function that answers without a look at anything: it stands in for something that is not written yet.
+    pub(super) fn stands_in(&self, id: ExprId) -> bool {
+        let Some(target) = self.only_target(id) else { return false };
+        let def = &self.program.index.function(target).function;
+        let reads_nothing = || self.program.typed(target).is_some_and(|typed| typed.expr_local.is_empty());
+        !def.is_const && def.body.as_ref().is_some_and(has_one_answer) && reads_nothing()
+    }
+
     pub(super) fn only_target(&self, id: ExprId) -> Option<FunctionId> {
         match self.typed().callees.get(&id) {
             Some(Callee::Resolved(resolved)) if resolved.law.is_none() => match resolved.targets.as_slice() {
@@ -229,7 +244,7 @@ impl Builder<'_> {
         }
         // A divider or timer of the code's own answers whether it is time.
         let is_truth = *typed.ty(body.root).peel() == Ty::Bool;
-        let answers = answers || is_truth || self.is_answer(typed.ty(body.root));
+        let answers = (answers || is_truth || self.is_answer(typed.ty(body.root))) && !has_one_answer(body);
         if body.exprs.len() > if is_truth { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target) {
             return false;
         }

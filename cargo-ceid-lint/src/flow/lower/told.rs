@@ -1,6 +1,6 @@
 //! What the answer of a function is made of, as far as its last expression says: `fn age(&self) -> u32 { millis() - self.begun }`.
 
-use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatId, PatKind, StmtKind};
 
 /// What a function's last expression names.
 #[derive(Clone, Debug, Default)]
@@ -57,6 +57,52 @@ pub fn told(body: &Body) -> Told {
         }
     }
     told
+}
+
+/// Whether all ends of a function spell one answer, whatever it does: it stands in for something that is not written yet, or for
+/// another build.
+pub(super) fn has_one_answer(body: &Body) -> bool {
+    let mut answers: Vec<&str> = Vec::new();
+    let mut open = vec![body.root];
+    for expr in &body.exprs {
+        match &expr.kind {
+            ExprKind::Return(Some(value)) => open.push(*value),
+            ExprKind::Return(None) | ExprKind::Try(_) | ExprKind::Closure(_) => return false,
+            _ => {}
+        }
+    }
+    while let Some(id) = open.pop() {
+        let answer = match &body.expr(id).kind {
+            ExprKind::Block(block) => {
+                let Some(tail) = block.tail else { return false };
+                open.push(tail);
+                continue;
+            }
+            ExprKind::If { then, otherwise: Some(otherwise), .. } => {
+                open.extend([*then, *otherwise]);
+                continue;
+            }
+            ExprKind::Match { arms, .. } => {
+                open.extend(arms.iter().map(|arm| arm.body));
+                continue;
+            }
+            ExprKind::Return(_) => continue,
+            ExprKind::Literal(Literal::Bool(true)) => "true",
+            ExprKind::Literal(Literal::Bool(false)) => "false",
+            ExprKind::Path(path) => path.last(),
+            ExprKind::Call { callee, .. } => match &body.expr(*callee).kind {
+                ExprKind::Path(path) => path.last(),
+                _ => return false,
+            },
+            _ => return false,
+        };
+        let is_spelled = matches!(answer, "true" | "false") || answer.starts_with(char::is_uppercase);
+        if !is_spelled {
+            return false;
+        }
+        answers.push(answer);
+    }
+    answers.windows(2).all(|pair| pair[0] == pair[1])
 }
 
 /// Whether an expression is a number that is written out, or has the name of a constant.
