@@ -466,7 +466,7 @@ impl Context<'_> {
         let decision = decision.unless_own_affair(index, facts.graph.function);
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let of_half = || {
-            let behind = super::instances::types_behind(index, facts.graph, place);
+            let behind = super::behind::types_behind(index, facts.graph, place);
             let mut types = [&ty].into_iter().chain(&behind);
             let spec = types.find_map(|ty| index.filter_spec(ty).or_else(|| index.returned_spec(ty)));
             spec.unwrap_or(index.trait_spec()).name_of(law, decision.law.as_deref()).unwrap_or_default()

@@ -3,11 +3,11 @@
 use super::analyse::{Context, FunctionFacts};
 use super::cycles::Instance;
 use super::decide::Decision;
-use super::instances::known_steps;
+use super::instances::{follow, inner, known_steps};
 use super::search::Search;
 use super::verdict::Verdict;
-use crate::flow::{Cause, Projection};
-use crate::index::Ty;
+use crate::flow::{Cause, ControlFlowGraph, Place, Projection};
+use crate::index::{Index, Ty};
 
 impl Context<'_> {
     /// The verdict on a filter inside a trait object or a type parameter is that of each type that may be behind it: the one that
@@ -56,4 +56,49 @@ impl Context<'_> {
         let field = (index.declares_fields(*id), vec![name.to_string()]);
         (!self.fields.has(&field) && !self.anywhere.has(&field)).then(|| index.type_def(*id).name.as_str())
     }
+}
+
+/// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place: where
+/// it is the trait object itself, those that are filters.
+pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Ty> {
+    let Some((ty, at)) = known_steps(index, graph, place) else { return Vec::new() };
+    let ty = inner(&ty);
+    if at < place.steps.len() {
+        return may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect();
+    }
+    // What the bounds make a filter is one whatever lies behind them.
+    let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
+    if is_filter(&ty) {
+        return Vec::new();
+    }
+    index.types_behind(&ty).iter().filter(|ty| is_filter(ty)).cloned().collect()
+}
+
+/// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.
+/// What lies inside a filter is its own law's business.
+fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
+    if index.filter_spec(ty).is_some() {
+        return Vec::new();
+    }
+    let with_part = |owner: &Ty| Some((owner.clone(), part_of(index, owner, steps)?));
+    index.types_behind(ty).iter().filter_map(with_part).collect()
+}
+
+/// The type that all of these steps lead to in a type, or in one of those that may stand for a parameter of it. What is made of itself,
+/// as `Chain<Chain<Pid>>`, is not gone into: its code is that of the outer one.
+pub(super) fn part_of(index: &Index, owner: &Ty, steps: &[Projection]) -> Option<Ty> {
+    part_within(index, owner, steps, &mut Vec::new())
+}
+
+fn part_within(index: &Index, owner: &Ty, steps: &[Projection], around: &mut Vec<Ty>) -> Option<Ty> {
+    let (open, at) = follow(index, owner.clone(), steps)?;
+    if at == steps.len() || at == 0 || around.contains(owner) {
+        return Some(open).filter(|_| at == steps.len());
+    }
+    around.push(owner.clone());
+    let is_other = |inside: &&Ty| !around.contains(inside);
+    let inside: Vec<Ty> = index.types_behind(&open).iter().filter(is_other).cloned().collect();
+    let part = inside.iter().find_map(|inside| part_within(index, inside, &steps[at..], around));
+    around.pop();
+    part
 }

@@ -182,8 +182,7 @@ fn choose(
                 let is_counter = |var: &Var| info.counter.is_some_and(|(counter, _)| counter == *var);
                 info.over.is_none() && info.bound.iter().all(is_counter) && info.caller != Caller::Helper
             };
-            let held =
-                around.first().filter(only_counts).filter(|first| !graph.loop_info(**first).has_constant_rounds());
+            let held = around.first().filter(only_counts).filter(|first| !graph.loop_info(**first).has_few_rounds());
             return Some(held.copied().unwrap_or(*id));
         }
     }
@@ -298,7 +297,7 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
         })
         .copied()
         .collect();
-    if !info.has_constant_rounds()
+    if !info.has_few_rounds()
         && !is_inner
         && (is_mixed_with(search, node, id, &from_bound) || is_lent_with_sample(search, node, id, &from_bound))
     {
@@ -319,14 +318,14 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
         Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var) || is_taken(var)),
         _ => false,
     };
-    let is_over_block = info.counter.is_some() && !info.has_constant_rounds() && !is_inner;
+    let is_over_block = info.counter.is_some() && !info.has_few_rounds() && !is_inner;
     if is_over_block && !given.is_empty() && graph.node_ids().filter(inside).any(writes_sample) {
         return true;
     }
-    if !info.has_constant_rounds()
+    if !info.has_few_rounds()
         && !is_inner
         && (puts_aside(graph, aliases, search, node, id, &from_given)
-            || graph.node_ids().filter(inside).any(|other| fills(graph, other, &sampled, &from_given)))
+            || graph.node_ids().filter(inside).any(|other| fills(search, other, &sampled, &from_given)))
     {
         return true;
     }
@@ -368,7 +367,8 @@ fn is_gone_through_for_samples(search: &Search<'_>, node: NodeId, id: LoopId) ->
 }
 
 /// Whether a round puts what a law gives to its number in a block that the filter's owner has: `self.block[i] = gain * level`.
-fn fills(graph: &ControlFlowGraph, node: NodeId, blocks: &[&Place], from_given: &Derived<'_>) -> bool {
+fn fills(search: &Search<'_>, node: NodeId, blocks: &[&Place], from_given: &Derived<'_>) -> bool {
+    let graph = search.graph;
     let Effect::Write(write) = &graph.node(node).effect else { return false };
     let is_in = |block: &&Place| {
         write.place.base == block.base
@@ -376,7 +376,9 @@ fn fills(graph: &ControlFlowGraph, node: NodeId, blocks: &[&Place], from_given: 
             && write.place.steps.starts_with(&block.steps)
     };
     let Some(change) = graph.changes.get(&node).filter(|_| blocks.iter().any(is_in)) else { return false };
-    change.computed.places.iter().filter_map(Place::base_var).any(|var| from_given.contains(var))
+    let is_own = |place: &Place| search.aliases.roots(place).iter().any(|root| root.overlaps(search.instance));
+    let is_given = |place: &Place| place.base_var().is_some_and(|var| from_given.contains(var)) || is_own(place);
+    named(&change.computed.places).into_iter().any(is_given)
 }
 
 /// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.

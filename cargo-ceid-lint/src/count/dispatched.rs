@@ -4,10 +4,11 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
+use super::behind::types_behind;
 use super::callgraph::{callees, components};
 use super::counts::Count;
 use super::given::{Given, GivenBase};
-use super::instances::{place_ty, types_behind};
+use super::instances::place_ty;
 use super::outcome::Outcome;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place, Projection};

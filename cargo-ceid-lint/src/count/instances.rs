@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::behind::part_of;
 use super::declared::base_ty;
 use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
@@ -45,38 +46,6 @@ pub(super) fn replaces_generic(graph: &ControlFlowGraph, id: NodeId, place: &Pla
     is_generic(graph, place) && !graph.changes.get(&id).is_some_and(reads)
 }
 
-/// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place: where
-/// it is the trait object itself, those that are filters.
-pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Ty> {
-    let Some((ty, at)) = known_steps(index, graph, place) else { return Vec::new() };
-    let ty = inner(&ty);
-    if at < place.steps.len() {
-        return may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect();
-    }
-    // What the bounds make a filter is one whatever lies behind them.
-    let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
-    if is_filter(&ty) {
-        return Vec::new();
-    }
-    index.types_behind(&ty).iter().filter(|ty| is_filter(ty)).cloned().collect()
-}
-
-/// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.
-/// What lies inside a filter is its own law's business.
-fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
-    if index.filter_spec(ty).is_some() {
-        return Vec::new();
-    }
-    let with_part = |owner: &Ty| Some((owner.clone(), part_of(index, owner, steps)?));
-    index.types_behind(ty).iter().filter_map(with_part).collect()
-}
-
-/// The type that all of these steps lead to in a type.
-fn part_of(index: &Index, owner: &Ty, steps: &[Projection]) -> Option<Ty> {
-    let (part, at) = follow(index, owner.clone(), steps)?;
-    (at == steps.len()).then_some(part)
-}
-
 /// Whether a place lies in an owner that the function was given by value: nothing else has it.
 pub(super) fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let info = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some() && info.name != "self");
@@ -90,7 +59,7 @@ pub(super) fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place
 }
 
 /// The type that steps lead to, or the one of which only the bounds are known, with the number of the steps before it.
-fn follow(index: &Index, ty: Ty, steps: &[Projection]) -> Option<(Ty, usize)> {
+pub(super) fn follow(index: &Index, ty: Ty, steps: &[Projection]) -> Option<(Ty, usize)> {
     let mut ty = ty;
     let mut variant = None;
     for (at, step) in steps.iter().enumerate() {

@@ -5,6 +5,9 @@ use crate::index::Length;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
+/// How many samples a block has at least, where a loop is told apart from one over the steps of a sample by its number of rounds.
+const LEAST_BLOCK: u64 = 16;
+
 /// What a cycle is in the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CycleKind {
@@ -182,6 +185,12 @@ impl LoopInfo {
     pub fn has_constant_rounds(&self) -> bool {
         let is_block = || !self.indexes.is_empty() || !self.sampled.is_empty();
         matches!(self.rounds, Rounds::Constant(_)) || self.has_untold_rounds() && !is_block()
+    }
+
+    /// The same, where that is not said to be as often as a block has samples: a few rounds are steps of one sample.
+    #[must_use]
+    pub fn has_few_rounds(&self) -> bool {
+        self.has_constant_rounds() && !matches!(self.rounds, Rounds::Constant(rounds) if rounds >= LEAST_BLOCK)
     }
 
     /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.

@@ -155,7 +155,7 @@ impl<'a> Search<'a> {
             instance,
             law,
             sample_loops: BTreeSet::new(),
-            behind: super::instances::types_behind(program.index, graph, instance),
+            behind: super::behind::types_behind(program.index, graph, instance),
             is_one_of_many: false,
             covering,
             dependence,

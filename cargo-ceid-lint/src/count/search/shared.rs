@@ -7,6 +7,7 @@ use super::{Called, Search, State};
 use crate::count::answers::Answer;
 use crate::count::assumed::{Assumed, Heads, is_open_to};
 use crate::count::counts::Count;
+use crate::count::declared::state_ty;
 use crate::count::given::{Given, argument, asked_at, given_subject, is_left_there};
 use crate::count::returned;
 use crate::flow::{CallSite, Effect, NodeId, Place, Subject, SubjectId};
@@ -42,7 +43,10 @@ impl Search<'_> {
         let roots = self.aliases.shared_roots(&place);
         // Two options that refer to the same filter are two.
         let has_names = roots.len() == 1 && !self.refers(&place);
-        let is_it = |whole: &Place| *whole == place || (has_names && *self.aliases.shared_roots(whole) == *roots);
+        let ty_of = |place: &Place| state_ty(self.program.index, self.graph, place);
+        let own = ty_of(&place);
+        let is_name = |whole: &Place| *self.aliases.shared_roots(whole) == *roots && ty_of(whole) == own;
+        let is_it = |whole: &Place| *whole == place || (has_names && is_name(whole));
         let found = self.graph.subjects.iter().position(|subject| subject.known_as().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
     }
