@@ -7,7 +7,7 @@ use crate::flow::{
     Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
     Var,
 };
-use crate::index::Ty;
+use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that hold settings.
 const SETTING_WORDS: &[&str] =
@@ -432,12 +432,20 @@ impl Gates<'_, '_> {
         let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
             return false;
         };
+        let index = self.search.program.index;
         let says_so = |name: &str| contains_any(name, SETTING_WORDS);
-        let is_setting = says_so(&info.name) || says_so(&self.search.program.index.type_name(&info.ty));
+        let is_setting = says_so(&info.name) || says_so(&index.type_name(&info.ty));
         // What lies behind an exclusive reference is a state of the caller's, as the resources of a task are.
-        let is_state = || matches!(info.ty, Ty::Ref(true, _)) || is_lent(self.search.program.index, graph, place);
+        let is_state = || matches!(info.ty, Ty::Ref(true, _)) || is_lent(index, graph, place);
+        let is_struct = |id| matches!(index.type_def(id).shape, Shape::Struct(_));
+        let is_called_so =
+            |step: &Projection| matches!(step, Projection::Field(name) if contains_any(name, SETTING_WORDS));
         let is_told = match self.ty(place) {
             Some(Ty::Float) => true,
+            // A method tells of it: `sample.rate.value()`.
+            Some(ty @ Ty::Adt(id, _)) if is_struct(id) => {
+                !is_state() && !place.steps.iter().any(is_called_so) && !says_so(&index.type_name(&ty))
+            }
             Some(Ty::Bool | Ty::Int) => !is_state(),
             // What another crate hands over by value is made anew for each call.
             None | Some(Ty::Unknown) => matches!(info.ty, Ty::External(..)) && !is_state(),
