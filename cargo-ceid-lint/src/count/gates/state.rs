@@ -441,7 +441,7 @@ impl Gates<'_, '_> {
         let is_called_so =
             |step: &Projection| matches!(step, Projection::Field(name) if contains_any(name, SETTING_WORDS));
         let is_told = match self.ty(place) {
-            Some(Ty::Float) => true,
+            Some(Ty::Float) => !place.steps.iter().any(is_called_so),
             // A method tells of it: `sample.rate.value()`.
             Some(ty @ Ty::Adt(id, _)) if is_struct(id) => {
                 !is_state() && !place.steps.iter().any(is_called_so) && !says_so(&index.type_name(&ty))
