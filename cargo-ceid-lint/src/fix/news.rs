@@ -20,20 +20,36 @@ pub struct News {
 /// Lines do not matter, nor does whether a finding is suppressed.
 #[must_use]
 pub fn news(before: &Report, after: &Report) -> Vec<News> {
-    let mut known: BTreeMap<Vec<String>, Vec<BTreeSet<String>>> = BTreeMap::new();
-    for told in told(before) {
-        known.entry(told.key).or_default().push(told.filters);
+    beyond(told(before), told(after))
+}
+
+fn beyond(before: Vec<Told>, after: Vec<Told>) -> Vec<News> {
+    // Each filter counts for itself: a finding may tell of fewer filters than before, and two may have become one.
+    let mut known: BTreeMap<(Vec<String>, Option<String>), usize> = BTreeMap::new();
+    for Told { key, filters, .. } in before {
+        for of_filter in each(&filters) {
+            *known.entry((key.clone(), of_filter)).or_default() += 1;
+        }
     }
     let mut news = Vec::new();
-    for told in told(after) {
-        let alike = known.entry(told.key).or_default();
-        // A finding about fewer filters is what is left of one.
-        match alike.iter().position(|old| told.filters.is_subset(old)) {
-            Some(at) => drop(alike.swap_remove(at)),
-            None => news.push(told.news),
+    for Told { key, filters, news: found } in after {
+        let mut is_new = false;
+        for of_filter in each(&filters) {
+            match known.get_mut(&(key.clone(), of_filter)).filter(|left| **left > 0) {
+                Some(left) => *left -= 1,
+                None => is_new = true,
+            }
+        }
+        if is_new {
+            news.push(found);
         }
     }
     news
+}
+
+/// The filters of a finding; nothing, once, where it tells of none.
+fn each(filters: &BTreeSet<String>) -> Vec<Option<String>> {
+    if filters.is_empty() { vec![None] } else { filters.iter().cloned().map(Some).collect() }
 }
 
 /// What a fix must not bring.
@@ -101,5 +117,23 @@ mod tests {
         let found = news(&report(&["a"]), &report(&["a", "a"]));
         let words = "`src/a.rs` can no longer be read: a".to_owned();
         assert_eq!(found, [News { file: "src/a.rs".to_owned(), rule: None, words }]);
+    }
+
+    #[test]
+    fn a_finding_may_tell_of_other_filters_of_those_that_were_told_of() {
+        let finding = |filters: &str| Told {
+            key: vec!["src/a.rs".to_owned(), "missed_update".to_owned(), "main".to_owned()],
+            filters: filters.split_whitespace().map(str::to_owned).collect(),
+            news: News { file: "src/a.rs".to_owned(), rule: Some("missed_update"), words: filters.to_owned() },
+        };
+        let found = |before: &[&str], after: &[&str]| -> Vec<String> {
+            let told = |all: &[&str]| all.iter().map(|filters| finding(filters)).collect();
+            beyond(told(before), told(after)).into_iter().map(|news| news.words).collect()
+        };
+        assert_eq!(found(&["a b", "a b", "a b c"], &["a b", "a b", "a b c"]), [""; 0]);
+        assert_eq!(found(&["a b", "c"], &["a b c"]), [""; 0]);
+        assert_eq!(found(&["a b c"], &["a c", "b"]), [""; 0]);
+        assert_eq!(found(&["a b", "c"], &["a b c", "b"]), ["b"]);
+        assert_eq!(found(&["a b"], &["a d"]), ["a d"]);
     }
 }

@@ -3,6 +3,7 @@
 
 use super::Reason;
 use super::alternatives::has_alternatives;
+use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::closure::Closure;
 use super::core_items::{CoreItems, core_name};
@@ -40,11 +41,16 @@ pub(super) struct Adaptation {
     pub(super) note: String,
 }
 
-/// How a filter has to be lent; `None` if the guard can have it as it is.
+/// How a filter has to be lent; `None` if the guard can have it as it is. `gone` are the calls of laws that go.
 ///
 /// # Errors
 /// Why that cannot be done.
-pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option<Adaptation>, Reason> {
+pub(super) fn adaptation(
+    loops: &Loops<'_>,
+    of: &LoopBody<'_>,
+    own: &Guarded,
+    gone: &[ExprId],
+) -> Result<Option<Adaptation>, Reason> {
     let index = of.program.index;
     let is_ours = |site: &Site| {
         site.law.is_some_and(|law| index.crate_of(index.function(law).module).is_reported)
@@ -54,11 +60,17 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             && !site.is_unwrapped()
             && site.half == 0
     };
+    let mut two_meanings = None;
     let is_plain = own.sites.iter().all(is_ours)
         && own.is_held()
         && own.law.is_some_and(|law| match delegation(loops, &own.filter, law) {
             Ok(None) => true,
-            Ok(Some(new)) => !loops.is_left_alone(new.span.file) && !has_alternatives(loops, of, &own.filter, law),
+            Ok(Some(new)) => {
+                two_meanings = ambiguous(loops, of, gone, law);
+                two_meanings.is_none()
+                    && !loops.is_left_alone(new.span.file)
+                    && !has_alternatives(loops, of, &own.filter, law)
+            }
             Err(_) => false,
         });
     if is_plain {
@@ -68,6 +80,11 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             _ => Ok(None),
         };
     }
+    lending(loops, of, own).map_err(|reason| two_meanings.unwrap_or(reason))
+}
+
+/// How a filter is lent that the guard cannot have as it is; `None` where something else says why it cannot be lent either.
+fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option<Adaptation>, Reason> {
     let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
     let each = each(of, own);
     if each.is_none() && (own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole)) {

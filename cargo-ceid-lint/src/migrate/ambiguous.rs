@@ -53,17 +53,22 @@ pub(super) fn calls_beside_core(program: &Program<'_>) -> CallsBesideCore {
     found
 }
 
-/// A call of a trait's law that stands where ceid-core's trait is in scope as well, whose law has the same name.
-pub(super) fn ambiguous(loops: &Loops<'_>, of: &LoopBody<'_>, guarded: &[Guarded], law: FunctionId) -> Option<Reason> {
+/// The calls of laws that go.
+pub(super) fn calls_that_go(guarded: &[Guarded]) -> Vec<ExprId> {
+    guarded.iter().flat_map(|own| &own.sites).map(|site| site.call).collect()
+}
+
+/// A call of a trait's law that stands where ceid-core's trait is in scope as well, whose law has the same name, and is not among those
+/// that go.
+pub(super) fn ambiguous(loops: &Loops<'_>, of: &LoopBody<'_>, gone: &[ExprId], law: FunctionId) -> Option<Reason> {
     let index = loops.program.index;
     let def = index.function(law);
     let is_of_trait = matches!(def.owner, Owner::Impl(id) if index.impl_def(id).trait_path.is_some());
     if def.name != LAW || !is_of_trait {
         return None;
     }
-    let is_gone = |id: ExprId| guarded.iter().flat_map(|own| &own.sites).any(|site| site.call == id);
     let calls = loops.calls_beside_core().get(&law)?;
-    let found = calls.iter().find(|own| own.caller != of.function || !is_gone(own.call))?.span;
+    let found = calls.iter().find(|own| own.caller != of.function || !gone.contains(&own.call))?.span;
     let text = format!(
         "`{LAW}` of `{}` is called here, where ceid-core's `SampledFilter` is in scope as well and would be meant as well as its own: \
          import the names of ceid-core one by one, or name the trait in the call",

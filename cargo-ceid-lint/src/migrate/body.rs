@@ -45,7 +45,8 @@ impl<'a> LoopBody<'a> {
         let inside: Vec<ExprId> = body.within(block).collect();
         let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
-        let style = loops.style(head.file);
+        let span = body.expr(block).span;
+        let style = loops.style(head.file).inside(text, span.start as usize..span.end as usize);
         let is_function = whole == block;
         let are_panics_caught = loops.are_panics_caught(function);
         let has_to_use_results = loops.has_to_use_results(head.file);

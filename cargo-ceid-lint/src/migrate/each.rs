@@ -4,10 +4,11 @@
 use std::path::Path;
 
 use super::body::LoopBody;
+use super::import::Import;
 use super::iteration::zipped;
 use super::mentions::{Guarded, is_for_references, is_format_operand, is_hidden};
 use super::sites::Part;
-use super::text::is_no_std;
+use super::text::{is_no_std, words};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
@@ -62,9 +63,15 @@ pub(super) fn each(of: &LoopBody<'_>, own: &Guarded) -> Option<Each> {
     Some(Each { elements: (own.spelled.clone(), method), name, lent, is_vec: !is_array })
 }
 
-/// Whether a vector can be made where the loop stands: not in a crate that does without the standard library.
+/// Whether a vector can be made where the loop stands: in a crate that does without the standard library only where `Vec` is imported.
 pub(super) fn has_vec(of: &LoopBody<'_>) -> bool {
     let sources = of.program.sources;
+    let import = of.program.index.import_of(of.def().module, "Vec");
+    let is_vec = import.is_some_and(|path| matches!(path, [.., module, name] if module == "vec" && name == "Vec"));
+    let is_import = |at: usize| Import::at(of.text, at, "Vec").is_some_and(|import| import.alias.is_none());
+    if is_vec && words(of.text, "Vec").any(is_import) {
+        return true;
+    }
     let own = &sources.file(of.file()).path;
     let is_above = |path: &Path| path.parent().is_some_and(|above| own.starts_with(above));
     !sources.files().any(|(_, file)| is_above(&file.path) && is_no_std(&file.text))
@@ -89,6 +96,31 @@ pub(super) fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'s
             let around = of.parent(parent)?;
             let is_borrowed = matches!(of.kind(around), ExprKind::Reference { raw: false, .. });
             (is_borrowed && are_items_looked_into(of, own, around)).then_some("")
+        }
+        _ => None,
+    }
+}
+
+/// The method by which a vector of filters gets or loses elements here.
+pub(super) fn resizing<'a>(of: &LoopBody<'a>, own: &Guarded, at: ExprId) -> Option<&'a str> {
+    let is_vec = matches!(own.ty.peel(), Ty::External(path, _) if path == "std::vec::Vec");
+    match of.kind(of.parent(at)?) {
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == at && is_vec => {
+            let is_one = matches!(
+                method.as_str(),
+                "append"
+                    | "clear"
+                    | "drain"
+                    | "extend"
+                    | "insert"
+                    | "pop"
+                    | "push"
+                    | "remove"
+                    | "retain"
+                    | "swap_remove"
+                    | "truncate"
+            );
+            is_one.then_some(method.as_str())
         }
         _ => None,
     }

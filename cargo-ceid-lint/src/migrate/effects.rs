@@ -10,7 +10,7 @@ use super::mentions::Guarded;
 use super::observed::outlives_panic;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, side_effect};
-use super::shared::{shared_by_owner, shared_part};
+use super::shared::{shared_by_owner, shared_part, touches_shared};
 use super::sites::Part;
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -41,6 +41,9 @@ impl Effects<'_> {
             let is_any = own.filter.has_part(&mut |part| matches!(part, Ty::Param(_) | Ty::Opaque(_)));
             let of_impls = || is_any.then(|| shared_by_owner(program.index, &own.laws())).flatten();
             let part = shared_part(program.index, &own.filter).or_else(of_impls)?;
+            if !is_any && !own.laws().into_iter().any(|law| touches_shared(self.loops, law)) {
+                return None;
+            }
             let other = dropped.map_or("the rest of the iteration".to_owned(), |name| format!("dropping `{name}`"));
             format!("`{}` holds {part}, so that its law may meet what {other} does there", own.spelled)
         };

@@ -359,7 +359,8 @@ impl CycleRate {
         let number = whole as u64;
         let is_exact = (exact - whole).abs() < 1e-6 * exact;
         let note = (!is_exact).then(|| {
-            let seconds = exact.recip();
+            // To the nanosecond, as it is written.
+            let seconds = (exact.recip() * 1e9).round() / 1e9;
             format!("`Hz<{number}>` is the next whole rate: the loop waits {seconds} s in each round; no law reads it")
         });
         Self { number, is_own: false, note }

@@ -4,13 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Reason;
 use super::adapt::{adaptation, lent};
+use super::ambiguous::calls_that_go;
 use super::body::LoopBody;
 use super::each::each;
 use super::elements::take_apart;
+use super::iteration::listed;
 use super::locks::{is_lock_guard, lock_of, locked};
 use super::loops::Loops;
 use super::mentions::{Guarded, held, is_about, is_about_owner};
-use super::sites::{Part, Place, Site};
+use super::sites::{Part, Place, Site, place_of};
 use super::text::{without_comments, words};
 use crate::count::{Pair, Verdict};
 use crate::index::{Def, FunctionId, Namespace, Ty};
@@ -85,16 +87,21 @@ pub(super) fn guarded(
     if overlap {
         reasons.push(Reason { span: of.span(of.whole), text: "one filter of this loop holds another one".to_owned() });
     }
-    guarded.sort_by_key(|own| own.sites.first().map_or((true, of.span(own.at)), |site| (false, of.span(site.call))));
+    reasons.extend(guarded.iter().find_map(|own| listed_beside(of, own, &guarded)));
+    // Filters that are listed have one call.
+    guarded.sort_by_key(|own| {
+        (own.sites.first().map_or((true, of.span(own.at)), |site| (false, of.span(site.call))), of.span(own.at))
+    });
     let mut taken = BTreeSet::new();
     let alike = alike(of, &guarded);
+    let gone = calls_that_go(&guarded);
     for own in &mut guarded {
         match free_name(of, own, &(&taken | &alike)).or_else(|| free_name(of, own, &taken)) {
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
                 own.locked = lock_of(of, &own.place).filter(|_| own.ty != own.filter);
-                match holds(of, own).map(|()| adaptation(loops, of, own)) {
+                match holds(of, own).map(|()| adaptation(loops, of, own, &gone)) {
                     Ok(Ok(adaptation)) => own.adaptation = adaptation,
                     Ok(Err(reason)) => reasons.push(reason),
                     Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
@@ -123,6 +130,19 @@ pub(super) fn guarded(
     // The elements of an array have the same reason.
     reasons.dedup();
     if reasons.is_empty() { Ok(guarded) } else { Err(reasons) }
+}
+
+/// Why the inner loop that updates a filter cannot go: it lists another one, which no guard gets.
+fn listed_beside(of: &LoopBody<'_>, own: &Guarded, guarded: &[Guarded]) -> Option<Reason> {
+    let lists = own.sites.iter().filter_map(|site| listed(of, site.inner?));
+    let is_left = |at: &ExprId| !guarded.iter().any(|own| Some(&own.place) == place_of(of, *at).as_ref());
+    let at = lists.flatten().find(is_left)?;
+    let text = format!(
+        "`{}` is updated in the same inner loop as `{}`, and a guard cannot have it: update each by its own name",
+        of.written(at),
+        own.spelled
+    );
+    Some(Reason { span: of.span(at), text })
 }
 
 fn spelled(of: &LoopBody<'_>, place: &Place, at: ExprId) -> String {
@@ -282,13 +302,15 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
 /// Why a guard does not get to the filter that lies at a place, and how it would.
 pub(super) fn out_of_reach(of: &LoopBody<'_>, own: &Guarded) -> String {
     let spelled = &own.spelled;
-    match own.ty {
+    // A guard reaches through a `&mut`.
+    let ty = if let Ty::Ref(true, inner) = &own.ty { inner } else { &own.ty };
+    match ty {
         Ty::Ref(false, _) => {
             return format!(
                 "`{spelled}` is a shared reference, and a guard changes what it holds: let the function take it by `&mut`"
             );
         }
-        Ty::External(ref path, ref args) => {
+        Ty::External(path, args) => {
             let name = path.rsplit("::").next().unwrap_or(path);
             let place = if of.is_function { "first" } else { "above the loop" };
             let advice = match name {

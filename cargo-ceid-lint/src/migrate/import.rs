@@ -216,6 +216,27 @@ fn visibility_before(text: &str) -> &str {
     if is_whole { found } else { "" }
 }
 
+/// The attribute that holds where one of these does; none where one of them always holds.
+pub(super) fn either(conditions: &[&str]) -> Option<String> {
+    let inner = conditions.iter().map(|own| own.strip_prefix("#[cfg(")?.strip_suffix(")]"));
+    let mut inner: Vec<&str> = inner.collect::<Option<_>>()?;
+    inner.dedup();
+    // Of a condition and its opposite one always holds.
+    let is_opposed =
+        |own: &&str| own.strip_prefix("not(").is_some_and(|own| inner.iter().any(|other| own == format!("{other})")));
+    if inner.iter().any(is_opposed) {
+        return None;
+    }
+    let parts: Vec<&str> = inner
+        .iter()
+        .map(|own| own.strip_prefix("any(").and_then(|parts| parts.strip_suffix(')')).unwrap_or(own).trim())
+        .collect();
+    match inner.as_slice() {
+        [one] => Some(format!("#[cfg({one})]")),
+        _ => Some(format!("#[cfg(any({}))]", parts.join(", "))),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -345,5 +366,15 @@ mod tests {
         check("#[cfg(x)]\nuse crate::b::Step;\n", None);
         check("use crate::{b::{Step}, c};\n", None);
         check("fn f<T: Step>() {}\n", None);
+    }
+
+    #[test]
+    fn one_of_several_conditions_is_one() {
+        let found = |conditions: &[&str]| either(conditions);
+        let feature = "#[cfg(feature = \"sim\")]";
+        assert_eq!(found(&[feature, "#[cfg(test)]"]).as_deref(), Some("#[cfg(any(feature = \"sim\", test))]"));
+        assert_eq!(found(&["#[cfg(any(a, b))]", "#[cfg(test)]"]).as_deref(), Some("#[cfg(any(a, b, test))]"));
+        assert_eq!(found(&["#[cfg(test)]", "#[cfg(test)]"]).as_deref(), Some("#[cfg(test)]"));
+        assert_eq!(found(&["#[cfg(not(test))]", "#[cfg(test)]"]), None);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::globs;
-use super::import::Import;
+use super::import::{Import, either};
 use super::macros::Macros;
 use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
 use super::text::{has_word, with_attributes, without_comments, words};
@@ -222,9 +222,11 @@ impl Scope<'_> {
         let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
         let edits = if is_needed(true) {
             let of_takers = |takers: &Takers| takers.only_condition(self.wanted(&names), macros).map(str::to_owned);
+            let own = || self.only_condition(&import, &scope);
             let condition = match taken(false) {
-                Some(takers) => of_takers(takers).filter(|_| !is_used(false)),
-                None => self.only_condition(&import, &scope),
+                Some(takers) if !is_used(false) => of_takers(takers),
+                Some(takers) => either(&[&own()?, &of_takers(takers)?]),
+                None => own(),
             };
             import.under(text, &condition?)?
         } else if is_needed(false) {
@@ -333,13 +335,7 @@ impl Scope<'_> {
         if is_used_without(&|own| asking.contains(&own)) {
             return None;
         }
-        let inner = asking.iter().map(|own| own.strip_prefix("#[cfg(")?.strip_suffix(")]"));
-        let inner: Vec<&str> = inner.collect::<Option<_>>()?;
-        // Of a condition and its opposite one always holds.
-        let is_opposed = |own: &&str| {
-            own.strip_prefix("not(").is_some_and(|own| inner.iter().any(|other| own == format!("{other})")))
-        };
-        (!inner.iter().any(is_opposed)).then(|| format!("#[cfg(any({}))]", inner.join(", ")))
+        either(&asking)
     }
 
     /// Whether an import may mean ceid-core, whose trait may have the same name.

@@ -1,6 +1,7 @@
 //! What an inner loop runs over: which elements of which collection its variables are, and whether it gives each of them.
 
 use super::body::LoopBody;
+use super::sites::{Part, Place, place_of};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::{Callee, LocalId};
@@ -55,6 +56,63 @@ pub(super) fn elements(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<
     let Inner { iterable, pat, .. } = inner_loop(of, inner)?;
     let (collection, is_each) = given(of, iterable, pat, local)?;
     Some(Elements { inner, collection, is_each })
+}
+
+/// The place that a receiver means in loops that do nothing but update all that they run over, with the outermost of these: the rows of
+/// an array, or a list of places, of which the filter has this name.
+pub(super) fn all_at_once(
+    of: &LoopBody<'_>,
+    receiver: ExprId,
+    update: ExprId,
+    name: &str,
+) -> Option<(Place, Part, ExprId, Option<ExprId>)> {
+    let local = *of.typed.expr_local.get(&receiver)?;
+    if let Some((collection, outer)) = rows(of, receiver, local, update) {
+        return Some((place_of(of, collection)?, Part::All, collection, Some(outer)));
+    }
+    let inner = binding_loop(of, receiver, local).filter(|inner| is_lone(of, *inner, update))?;
+    let own = listed(of, inner)?.into_iter().find(|own| of.written(*own) == name)?;
+    Some((place_of(of, own)?, Part::Whole, own, Some(inner)))
+}
+
+/// The places of filters that an inner loop lists: `for axis in [&mut roll, &mut self.pitch]`.
+pub(super) fn listed(of: &LoopBody<'_>, inner: ExprId) -> Option<Vec<ExprId>> {
+    let Inner { iterable, pat, .. } = inner_loop(of, inner)?;
+    let ExprKind::Array { elements, .. } = of.kind(iterable) else { return None };
+    let place = |element: &ExprId| match of.kind(*element) {
+        ExprKind::Reference { mutable: true, raw: false, value } => Some(*value),
+        _ => None,
+    };
+    let is_filter = |own: &ExprId| matches!(of.typed.ty(*own), Ty::Adt(..)) && place_of(of, *own).is_some();
+    let places: Vec<ExprId> = elements.iter().map(place).collect::<Option<_>>()?;
+    (of.typed.pat_local.contains_key(&pat) && places.iter().all(is_filter)).then_some(places)
+}
+
+/// The collection of rows of which a variable is an element of each, and the loop over the rows, where the loops from that one on do
+/// nothing but reach the update: `for row in &mut self.keys { for key in row { key.update(); } }`.
+fn rows(of: &LoopBody<'_>, id: ExprId, local: LocalId, update: ExprId) -> Option<(ExprId, ExprId)> {
+    let inner = binding_loop(of, id, local)?;
+    let Inner { iterable, .. } = inner_loop(of, inner)?;
+    let row = match of.kind(iterable) {
+        ExprKind::MethodCall { receiver, method, args, .. } if method == "iter_mut" && args.is_empty() => *receiver,
+        _ => iterable,
+    };
+    let is_row = matches!(of.typed.ty(row), Ty::Ref(true, row) if matches!(**row, Ty::Array(..)));
+    let row = of.typed.expr_local.get(&row).copied().filter(|_| is_row && is_lone(of, inner, update))?;
+    // The row may be one of rows itself.
+    rows(of, inner, row, inner).or_else(|| {
+        let elements = elements(of, inner, row).filter(|elements| elements.is_each)?;
+        is_lone(of, elements.inner, inner).then_some((elements.collection?, elements.inner))
+    })
+}
+
+/// Whether an inner loop does nothing but run one expression: to update its element.
+pub(super) fn is_lone(of: &LoopBody<'_>, inner: ExprId, update: ExprId) -> bool {
+    let Some(Inner { body, .. }) = inner_loop(of, inner) else { return false };
+    let ExprKind::Block(block) = of.kind(body) else { return body == update };
+    let is_whole = of.statement(update).is_some_and(|(around, _)| std::ptr::eq(around, block));
+    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
+    is_whole && is_alone
 }
 
 /// The inner loop whose pattern binds a variable.

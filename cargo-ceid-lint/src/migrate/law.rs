@@ -73,7 +73,7 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let Some(rate) = RATES.into_iter().find(|name| !has_word(written, name)) else {
         return Err(format!("every name for a rate means something else in the `impl` of `{type_name}`"));
     };
-    let style = loops.style(keyword.file);
+    let style = loops.style(keyword.file).inside(text, block.head.start..block.brackets.end);
     let Style { end, step, .. } = style;
     let indent = indentation(text, block.head.start);
     let own = head.generics.trim().trim_end_matches(',');

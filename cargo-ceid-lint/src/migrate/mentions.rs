@@ -217,6 +217,10 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
             true => format!(
                 "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one"
             ),
+            false if let Some(method) = each::resizing(of, own, at) => format!(
+                "`{method}` changes which elements `{spelled}` has, and a guard holds those that are there from the head of the loop to the \
+                 end of the cycle: do this outside of the loop"
+            ),
             false if is_moved_into_closure(of, at) => format!(
                 "`{spelled}` is used here as a whole, and a guard holds it: read what the closure needs of it into a variable above"
             ),
@@ -476,11 +480,16 @@ fn is_moved_into_closure(of: &LoopBody<'_>, at: ExprId) -> bool {
     })
 }
 
-/// The filter type of what lies at a place, if a guard can hold it: itself, or each element.
+/// The filter type of what lies at a place, if a guard can hold it: itself, each element, or each element of each row.
 pub(super) fn held(ty: &Ty) -> Option<&Ty> {
     let inner = match ty {
         Ty::Ref(true, inner) => inner,
         other => other,
     };
-    if matches!(inner, Ty::Adt(..)) { Some(inner) } else { inner.element() }
+    if matches!(inner, Ty::Adt(..)) {
+        return Some(inner);
+    }
+    // Arrays of arrays are filters as well.
+    std::iter::successors(inner.element(), |row| if let Ty::Array(element, _) = row { Some(element) } else { None })
+        .last()
 }

@@ -35,6 +35,7 @@ mod leaving;
 mod leftover;
 mod locks;
 mod loops;
+mod lost;
 mod macros;
 mod manifest;
 mod mentions;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::adapt::is_not_mutable;
-use super::ambiguous::ambiguous;
+use super::ambiguous::{ambiguous, calls_that_go};
 use super::body::LoopBody;
 use super::called::called;
 use super::captures::captures;
@@ -17,13 +17,14 @@ use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::leftover::{idle_muts, leftovers};
 use super::loops::Loops;
+use super::lost::lost_comment;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
 use super::not_shipped::not_shipped;
 use super::owned::is_owned;
 use super::partly::{is_left, partly, why_left};
 use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
-use super::tails::{outlives_owner, without_name};
+use super::tails::{outlives_owner, semicolon, without_name};
 use super::text::join_insertions;
 use super::twice::used_twice;
 use super::whole::{of_a_closure, plan_of_a_law, whole_function, whole_loop};
@@ -207,7 +208,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
             .map_err(|reason| vec![reason])?,
         None => head::behind(loops, &of, &guarded, &exits, is_exact),
     };
-    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present };
+    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present, edition };
     rewriter.rewrite(cycle, changes)
 }
 
@@ -220,6 +221,7 @@ struct Rewriter<'a> {
     behind: Option<Span>,
     /// The guard that the loop has already.
     present: Option<Present>,
+    edition: &'a str,
 }
 
 impl Rewriter<'_> {
@@ -280,7 +282,7 @@ impl Rewriter<'_> {
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
-                    reasons.extend(ambiguous(self.loops, of, self.guarded, law));
+                    reasons.extend(ambiguous(self.loops, of, &calls_that_go(self.guarded), law));
                     targets.extend(self.loops.targets_with(new.span.file));
                     edits.push((new.span, new.text));
                 }
@@ -290,7 +292,8 @@ impl Rewriter<'_> {
         let has_own_line = self.present.is_none() && head::own_line(of, self.behind).is_some();
         let gone = Gone::of(of, self.guarded, has_own_line);
         gone.take_away(&mut edits);
-        if let Some((head, rest)) = without_name(of, self.guarded) {
+        edits.extend(semicolon(of, self.guarded, self.edition));
+        if let Some((head, rest)) = without_name(of, self.guarded, self.edition) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
         }
@@ -313,6 +316,11 @@ impl Rewriter<'_> {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
+        edits.sort();
+        edits.dedup();
+        if reasons.is_empty() {
+            reasons.extend(lost_comment(of, &edits));
+        }
         if !reasons.is_empty() {
             reasons.sort_by_key(|reason| reason.span);
             reasons.dedup();
@@ -320,8 +328,6 @@ impl Rewriter<'_> {
         }
         changes.sort_by_key(|reason| reason.span);
         changes.dedup();
-        edits.sort();
-        edits.dedup();
         join_insertions(&mut edits);
         let order: Vec<String> = self.guarded.iter().map(|own| format!("`{}`", own.name)).collect();
         let others = if self.present.is_some() { ", before those that the guard has already" } else { "" };

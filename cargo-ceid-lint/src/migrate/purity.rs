@@ -13,8 +13,19 @@ use crate::types::{Callee, Resolved, TypedBody};
 
 /// What a law does beside advancing its filter, as far as it is known; a function whose code is not read does nothing else.
 pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> {
+    effect_on_the_way(loops, law, &mut BTreeSet::new())
+}
+
+/// The functions that a law may run, itself included, if it does nothing beside advancing its filter.
+pub(super) fn reached(loops: &Loops<'_>, law: FunctionId) -> BTreeSet<FunctionId> {
+    let mut seen = BTreeSet::new();
+    effect_on_the_way(loops, law, &mut seen);
+    seen
+}
+
+fn effect_on_the_way(loops: &Loops<'_>, law: FunctionId, seen: &mut BTreeSet<FunctionId>) -> Option<String> {
     let program = loops.program;
-    let (mut seen, mut dropped) = (BTreeSet::new(), BTreeSet::new());
+    let mut dropped = BTreeSet::new();
     let mut open = vec![law];
     while let Some(id) = open.pop() {
         if !seen.insert(id) {

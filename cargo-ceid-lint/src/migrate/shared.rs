@@ -2,7 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use super::loops::Loops;
+use super::purity::reached;
 use crate::index::{FunctionId, Index, Owner, TraitName, Ty, TypeId};
+use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
 
 /// What leads to its value also where others have a reference to it, or a pointer of their own.
 const SHARED: [&str; 16] = [
@@ -69,6 +73,32 @@ fn is_way_out(path: &str) -> bool {
         "std::process" => name.starts_with("Child") || name == "Command",
         _ => module.starts_with("std::") && ["Stream", "Listener", "Socket"].iter().any(|end| name.ends_with(end)),
     }
+}
+
+/// Whether a law may touch what a value shares with others: whether code that it runs does more with what has such a part than name
+/// another part of it, or run code that is known.
+pub(super) fn touches_shared(loops: &Loops<'_>, law: FunctionId) -> bool {
+    let program = loops.program;
+    let index = program.index;
+    reached(loops, law).into_iter().any(|id| {
+        let (Some(body), Some(typed)) = (&index.function(id).function.body, program.typed(id)) else { return true };
+        let is_known = |call: u32| matches!(typed.callees.get(&ExprId(call)), Some(Callee::Resolved(_)));
+        let asked = (0u32..).zip(&body.exprs).filter_map(|(at, expr)| match &expr.kind {
+            ExprKind::Field { base: asked, .. } | ExprKind::Deref(asked) => Some(*asked),
+            ExprKind::MethodCall { receiver, .. } if is_known(at) => Some(*receiver),
+            _ => None,
+        });
+        let asked: BTreeSet<ExprId> = asked.collect();
+        (0u32..).take(body.exprs.len()).map(ExprId).any(|at| {
+            let own = match typed.ty(at) {
+                // What a variable refers to is what it leads to: `self`.
+                Ty::Ref(_, inner) if typed.expr_local.contains_key(&at) => inner,
+                own => own,
+            };
+            let is_whole = matches!(own, Ty::Adt(..)) && asked.contains(&at);
+            !is_whole && shared_part(index, own).is_some()
+        })
+    })
 }
 
 /// The first part of a type by which its values share state with others.

@@ -5,7 +5,9 @@ use std::ops::Range;
 use super::Reason;
 use super::body::LoopBody;
 use super::exits::diverges;
-use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_closure_of_a_loop};
+use super::iteration::{
+    Elements, Inner, all_at_once, binding_loop, elements, inner_loop, is_closure_of_a_loop, is_lone,
+};
 use super::locks::locked;
 use super::mentions::held;
 use super::passed::passed_on;
@@ -162,14 +164,17 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let stays = is_used || !inputs.is_empty();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
-    let (place, part, at, inner) =
-        target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
+    let of_all = all_at_once(of, receiver, outer, name).filter(|_| !stays);
+    let is_of_all = of_all.is_some();
+    let (place, part, at, inner) = of_all
+        .or_else(|| target(of, receiver))
+        .ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
     // A path may spell the arguments of a type that the variable has, or leave them out.
     let filter = match (&callee.self_ty, held(of.typed.ty(at))) {
         (Ty::Adt(own, _), Some(held @ Ty::Adt(other, _))) if own == other => held.clone(),
         (own, _) => own.clone(),
     };
-    let lone = inner.filter(|inner| !stays && is_lone(of, *inner, outer));
+    let lone = inner.filter(|inner| !stays && (is_of_all || is_lone(of, *inner, outer)));
     if lone.is_some_and(|inner| without_comments(of.written(inner)) != of.written(inner)) {
         let text = format!(
             "a comment stands in the inner loop that updates `{name}`, and would be lost: put it above the loop"
@@ -207,6 +212,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     };
     let is_repeated = |at: &ExprId| {
         Some(*at) != site.inner
+            && !(is_of_all && inner.is_some_and(|inner| of.span(inner).contains(of.span(*at))))
             && matches!(of.kind(*at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
             // What leaves the inner loop at once runs once in it.
             && !of.ancestors_inside(call).take_while(|around| around != at).any(|around| diverges(of, around))
@@ -422,15 +428,6 @@ fn lone_branch(of: &LoopBody<'_>, id: ExprId) -> Option<(Range<usize>, &'static 
         }
         _ => None,
     }
-}
-
-/// Whether an inner loop does nothing but update its element.
-fn is_lone(of: &LoopBody<'_>, inner: ExprId, update: ExprId) -> bool {
-    let Some(Inner { body, .. }) = inner_loop(of, inner) else { return false };
-    let ExprKind::Block(block) = of.kind(body) else { return body == update };
-    let is_whole = of.statement(update).is_some_and(|(around, _)| std::ptr::eq(around, block));
-    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
-    is_whole && is_alone
 }
 
 fn unborrowed(of: &LoopBody<'_>, id: ExprId) -> ExprId {

@@ -1,10 +1,9 @@
 //! The value at the end of a block: before edition 2024 what it borrows on the way lives longer than the variables of the block, and
 //! so longer than a guard.
 
-use std::collections::BTreeSet;
-
 use super::Reason;
 use super::body::LoopBody;
+use super::hollow::{Cut, cuts};
 use super::locks::lock_behind;
 use super::mentions::{Guarded, is_about};
 use super::owned::is_owned;
@@ -12,50 +11,41 @@ use super::purity::acts_when_dropped;
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
-use crate::types::LocalId;
 
-/// What the end of the iteration borrows until after what it borrows from is gone: of a guarded place, whose guard goes, or of a
-/// variable of the iteration, if an update stands behind it today.
+/// What the end of the iteration borrows of a guarded place until after what it borrows from is gone: its guard goes before.
 pub(super) fn outlives_owner(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<Reason> {
-    if !matches!(edition, "2018" | "2021") {
+    if !gives_back_late(edition) || semicolon(of, guarded, edition).is_some() {
         return None;
     }
-    let last = last(of, guarded)?;
+    let (last, _) = last(of, guarded, &cuts(of, guarded))?;
     let loans = loans(of, last);
-    let names_guarded = |own: &Guarded, id: ExprId| is_about(of, &own.place, id);
-    let of_guarded = guarded.iter().find_map(|own| {
-        let what =
-            format!("is given back after the variables of the block, and so after the guard of `{}`", own.spelled);
-        Some((first_naming(of, &loans, |id| names_guarded(own, id))?, own.spelled.clone(), what))
-    });
-    let of_variable = || {
-        if !is_shown_by_update(of, guarded, last) {
-            return None;
-        }
-        let local = own_locals(of).into_iter().find_map(|local| {
-            Some((first_naming(of, &loans, |id| of.typed.expr_local.get(&id) == Some(&local))?, local))
-        })?;
-        let name = of.typed.local(local.1).name.clone();
-        Some((local.0, name, "is given back after the variables of the block".to_owned()))
-    };
-    let (at, name, what) = of_guarded.or_else(of_variable)?;
+    let of_guarded =
+        |own: &Guarded| Some((first_naming(of, &loans, |id| is_about(of, &own.place, id))?, own.spelled.clone()));
+    let (at, name) = guarded.iter().find_map(of_guarded)?;
     let text = format!(
-        "before edition 2024, what is borrowed of `{name}` at the end of a block {what}: put `;` behind it, or give its value a name \
-         with `let` first"
+        "before edition 2024, what is borrowed of `{name}` at the end of a block is given back after the variables of the block, and so \
+         after the guard of `{name}`: put `;` behind it, or give its value a name with `let` first"
     );
     Some(Reason { span: of.span(at), text })
 }
 
-/// The variables that are gone at the end of an iteration.
-fn own_locals(of: &LoopBody<'_>) -> Vec<LocalId> {
-    let ExprKind::Block(block) = of.kind(of.block) else { return Vec::new() };
-    let bound = block.stmts.iter().filter_map(|stmt| match &stmt.kind {
-        StmtKind::Let { pat, .. } => Some(of.body.pat(*pat).span),
-        _ => None,
-    });
-    let spans: Vec<Span> = bound.collect();
-    let is_bound = |local: &&LocalId| spans.iter().any(|span| span.contains(of.typed.local(**local).span));
-    of.typed.pat_local.values().collect::<BTreeSet<_>>().into_iter().filter(is_bound).copied().collect()
+/// The `;` behind an expression at the end of the iteration that an update stands behind today, so that what it borrows is given back
+/// where it is today, and not after the variables of the block.
+pub(super) fn semicolon(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<(Span, String)> {
+    if !gives_back_late(edition) {
+        return None;
+    }
+    let cuts = cuts(of, guarded);
+    let (last, is_tail) = last(of, guarded, &cuts)?;
+    let end = of.span(last).end;
+    let has_one = cuts.iter().any(|cut| cut.range.end == end as usize && cut.instead.ends_with(';'));
+    let is_needed = !is_tail && is_shown_by_update(of, guarded, last) && !loans(of, last).is_empty();
+    (is_needed && !has_one).then(|| (Span { start: end, ..of.span(last) }, ";".to_owned()))
+}
+
+/// Whether the end of a block gives back what it borrows after the variables of the block are gone.
+fn gives_back_late(edition: &str) -> bool {
+    matches!(edition, "2018" | "2021")
 }
 
 /// Whether an expression stands at the end of the iteration only once an update behind it is gone.
@@ -92,7 +82,7 @@ fn loans(of: &LoopBody<'_>, id: ExprId) -> Vec<ExprId> {
 
 /// What becomes of `let y = kf.y; kf.update(); y`, so that the value has no name that nothing needs any more: what is written instead
 /// of the beginning of the statement, and what goes from its value to the end.
-pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Span, Span)> {
+pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<(Span, Span)> {
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
     let tail = block.tail?;
     let local = of.typed.expr_local.get(&tail)?;
@@ -106,7 +96,8 @@ pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Sp
         between = between.replace(of.text.get((*gone).clone())?, "");
     }
     let scope = of.program.index.scope_of(of.function);
-    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init)) && loans(of, *init).is_empty();
+    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init))
+        && (!gives_back_late(edition) || loans(of, *init).is_empty());
     let is_alone = bound.cfg.is_none() && between.trim().is_empty();
     let had_update = stmts.iter().any(|gone| gone.start >= bound.span.end as usize);
     let head = Span { end: of.span(*init).start, ..bound.span };
@@ -114,21 +105,20 @@ pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Sp
     (is_it && is_plain && is_alone && had_update).then_some((head, rest))
 }
 
-/// The expression at the end of the iteration once the updates are gone.
-pub(super) fn last(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<ExprId> {
+/// The expression at the end of the iteration once the updates and what is hollow without them are gone, and whether it is its value.
+fn last(of: &LoopBody<'_>, guarded: &[Guarded], cuts: &[Cut]) -> Option<(ExprId, bool)> {
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
-    let gone: Vec<_> = guarded.iter().flat_map(|own| &own.sites).filter(|site| site.emptied.is_none()).collect();
-    let is_gone = |span: Span| {
-        let is_in = |stmt: &std::ops::Range<usize>| stmt.contains(&(span.start as usize));
-        gone.iter().filter_map(|site| site.stmt.as_ref()).any(is_in)
-    };
+    let whole = guarded.iter().flat_map(|own| &own.sites).filter(|site| site.emptied.is_none());
+    let cut = cuts.iter().filter(|cut| cut.is_statement).map(|cut| &cut.range);
+    let gone: Vec<_> = whole.filter_map(|site| site.stmt.as_ref()).chain(cut).collect();
+    let is_gone = |span: Span| gone.iter().any(|range| range.contains(&(span.start as usize)));
     if let Some(tail) = block.tail.filter(|tail| !is_gone(of.span(*tail))) {
-        return Some(tail);
+        return Some((tail, true));
     }
     let last = block.stmts.iter().rev().find(|stmt| !is_gone(stmt.span))?;
     match last.kind {
         // A block needs no semicolon to be a statement.
-        StmtKind::Expr { expr, semicolon: false } => Some(expr),
+        StmtKind::Expr { expr, semicolon: false } => Some((expr, false)),
         _ => None,
     }
 }
@@ -136,15 +126,16 @@ pub(super) fn last(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<ExprId> {
 /// What is made on the way to the value of an expression and lives as long as that.
 fn collect(of: &LoopBody<'_>, id: ExprId, found: &mut Vec<ExprId>) {
     match of.kind(id) {
-        ExprKind::If { condition, .. } | ExprKind::While { condition, .. } => scrutinees(of, *condition, found),
+        ExprKind::If { condition, .. } => scrutinees(of, *condition, found),
         ExprKind::Match { scrutinee, .. } => collect(of, *scrutinee, found),
-        ExprKind::For { iterable, .. } => collect(of, *iterable, found),
         ExprKind::Block(block) if block.kind != BlockKind::Async => {
             if let Some(tail) = block.tail {
                 collect(of, tail, found);
             }
         }
-        ExprKind::Block(_) | ExprKind::Loop { .. } | ExprKind::Closure(_) => {}
+        // What the head of a loop borrows is given back where the loop ends.
+        ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } => {}
+        ExprKind::Block(_) | ExprKind::Closure(_) => {}
         ExprKind::Binary { op: "&&" | "||", lhs, .. } => collect(of, *lhs, found),
         // Most macros make statements of what they are given.
         ExprKind::Macro(call) if !matches!(call.kind, MacroKind::AssertCompare(..)) => {}
@@ -159,7 +150,7 @@ fn collect(of: &LoopBody<'_>, id: ExprId, found: &mut Vec<ExprId>) {
     }
 }
 
-/// What `if let` and `while let` look into.
+/// What `if let` looks into.
 fn scrutinees(of: &LoopBody<'_>, condition: ExprId, found: &mut Vec<ExprId>) {
     match of.kind(condition) {
         ExprKind::Let { value, .. } => collect(of, *value, found),

@@ -32,6 +32,26 @@ impl Style {
         };
         Self { end, step, width: Manners::default().width }
     }
+
+    /// The same with the step of a block, whose lines may be indented in another way than others of the text.
+    pub(super) fn inside(self, text: &str, block: Range<usize>) -> Self {
+        let indent = indentation(text, block.start);
+        let lines = text[block].lines().skip(1).filter(|line| !line.trim().is_empty());
+        let deeper = lines.filter_map(|line| {
+            let rest = line.strip_prefix(indent)?;
+            let own = &rest[..rest.len() - rest.trim_start_matches([' ', '\t']).len()];
+            (!own.is_empty() && !rest[own.len()..].starts_with('*')).then_some(own)
+        });
+        let step = match deeper.min_by_key(|own| own.len()) {
+            Some("\t") => "\t",
+            Some("  ") => "  ",
+            Some("   ") => "   ",
+            Some("    ") => "    ",
+            Some("        ") => "        ",
+            _ => self.step,
+        };
+        Self { step, ..self }
+    }
 }
 
 /// Puts what is inserted where another edit begins into that edit, so that the order of the two is clear.
@@ -254,6 +274,19 @@ mod tests {
         assert_eq!(step("fn f() {\n  b();\n}\n"), "  ");
         assert_eq!(step("fn f() {\n\tb();\n}\n"), "\t");
         assert_eq!(step("fn f() {}\n"), "    ");
+    }
+
+    #[test]
+    fn a_block_may_have_a_step_of_its_own() {
+        let step = |text: &str, of: &str| {
+            let start = text.find(of).expect("it is there");
+            let end = start + text[start..].find("\n}").expect("it ends");
+            Style::of(text).inside(text, start..end).step
+        };
+        let text = "fn f() {\n\ta();\n}\nimpl A {\n  fn f() {\n    b();\n  }\n}\nimpl B {\n}\n";
+        assert_eq!((step(text, "fn f"), step(text, "impl A"), step(text, "impl B")), ("\t", "  ", "\t"));
+        let text = "mod m {\n   impl A {\n       fn f() {}\n   }\n}\n";
+        assert_eq!(step(text, "impl A"), "    ");
     }
 
     #[test]
