@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use super::written::{clears_all, written_fields};
+use super::written::{clears_all, written_fields, written_fields_of};
 use crate::flow::{Head, Place};
-use crate::index::{FunctionId, Owner, Ty};
+use crate::index::{FunctionId, Owner, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, StmtKind};
 use crate::types::Callee;
 
@@ -25,7 +25,7 @@ impl<'a> Builder<'a> {
     /// The fields that the laws of a filter type write; none if that cannot be seen.
     pub(super) fn state_fields(&self, ty: &Ty) -> BTreeSet<String> {
         let index = self.program.index;
-        let Some(spec) = index.filter_spec(ty) else { return BTreeSet::new() };
+        let Some(spec) = index.receiver_spec(ty) else { return self.fields_of_state(ty) };
         let methods = spec.law.iter().flat_map(|group| &group.methods).flat_map(|name| index.methods(ty, name));
         let laws = methods.filter_map(|owner| owner.function());
         let mut state = BTreeSet::new();
@@ -33,6 +33,22 @@ impl<'a> Builder<'a> {
             match written_fields(self.program, law) {
                 Some(fields) => state.extend(fields),
                 None => return BTreeSet::new(),
+            }
+        }
+        state
+    }
+
+    /// The fields that laws write of a state that they have as an argument; all that it has, if one of them is not read.
+    fn fields_of_state(&self, ty: &Ty) -> BTreeSet<String> {
+        let index = self.program.index;
+        let Ty::Adt(id, _) = ty else { return BTreeSet::new() };
+        let Shape::Struct(shape) = &index.type_def(*id).shape else { return BTreeSet::new() };
+        let mut state = BTreeSet::new();
+        for law in index.bodies_of_state(ty) {
+            let written = index.state_parameter(law).and_then(|number| written_fields_of(self.program, law, number));
+            match written.filter(|written| !written.is_empty()) {
+                Some(written) => state.extend(written),
+                None => return shape.fields.iter().map(|field| field.name.clone()).collect(),
             }
         }
         state
