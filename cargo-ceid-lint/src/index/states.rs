@@ -203,7 +203,7 @@ pub fn handed(output: &Ty, state: &Ty) -> Option<Option<usize>> {
 }
 
 /// Whether two types are the same, as far as both are known.
-fn is_like(state: &Ty, ty: &Ty) -> bool {
+pub(super) fn is_like(state: &Ty, ty: &Ty) -> bool {
     let all = |left: &[Ty], right: &[Ty]| {
         left.len() == right.len() && left.iter().zip(right).all(|(left, right)| is_like(left, right))
     };
