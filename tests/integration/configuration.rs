@@ -298,6 +298,8 @@ fn cycles_and_guards_that_are_not_there_are_refused() {
         "`tick`",
     );
     check_refused("[[cycle]]\nmethod = \"crate::control::Estimator::stp\"\n", "has no method `stp`", "2:10", "`step`");
+    let other = "[[cycle]]\nmethod = \"crate::control::Estimatr::step\"\n";
+    check_refused(other, "names nothing", "2:10", "did you mean `crate::control::Estimator::step`?");
     check_refused("[[cycle]]\nattribute = \"rtic::task\"\n", "no function has the attribute `rtic::task`", "2:13", "");
     check_refused("[[guard]]\ntype = \"crate::Tock\"\n", "`crate::Tock` names nothing", "2:8", "`crate::Tick`");
     check_refused("[[guard]]\ntype = \"crate::Tick\"\n", "`crate::Tick` has no method `new`", "2:8", "it has `over`");
@@ -429,6 +431,19 @@ fn findings_name_the_half_of_a_law() {
         told_by.assert_stderr(told);
         assert!(!told_by.stderr.contains("by `predict` more"), "{}", told_by.stderr);
     }
+}
+
+#[test]
+fn an_unread_wrapper_is_told_by_the_law_of_what_it_has() {
+    let code = "pub struct Lag(f32);\nimpl Lag { pub fn relax(&mut self) { self.0 *= 0.5; } }\nfn go_on(lag: &mut Lag) { lag.relax(); }\n\
+                pub fn run(mut kept: pid::Kept<Lag>) { loop { go_on(&mut kept); go_on(&mut kept); } }\n";
+    let directory = package(code, "[[filter]]\ntype = \"crate::Lag\"\nlaw = \"relax\"\n");
+    let report = run(&directory, ["report", "--message-format", "json"]);
+    assert!(
+        report.stdout.contains("\"law\": \"relax\"") || report.stdout.contains("\"law\":\"relax\""),
+        "{}",
+        report.stdout
+    );
 }
 
 #[test]

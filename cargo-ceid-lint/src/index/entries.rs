@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::entry_errors::described;
+use super::entry_errors::{described, with_method};
 use super::filters::{FilterSpec, Subject};
 use super::{CrateId, CrateInfo, Def, FunctionId, Index, ModuleId, Namespace, Owner, TraitName, Ty, TypeId};
 use crate::config::spelling::nearest;
@@ -236,7 +236,8 @@ impl Index {
                 let Some((of, name)) = word.text.rsplit_once("::") else { return Ok(()) };
                 let of = Word { text: of.to_owned(), place: word.place.clone() };
                 let method = Word { text: name.to_owned(), place: word.place.clone() };
-                for def in self.named(scope, &of, Namespace::Type, "trait")? {
+                let traits = self.named(scope, &of, Namespace::Type, "trait");
+                for def in traits.map_err(|error| with_method(error, name))? {
                     let of_trait = match def {
                         Def::Trait(id) => TraitName::Local(id),
                         Def::External(ref path) => TraitName::External(path.clone()),

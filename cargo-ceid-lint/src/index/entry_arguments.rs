@@ -35,7 +35,7 @@ impl Index {
         }
         let all = || laws.iter().flat_map(|(_, seen)| seen.iter().copied());
         if let InstancePlace::Argument(number) = entry.instance
-            && let Some(ty) = all().map(|def| plain_argument(def, number)).reduce(|one, other| one.and(other)).flatten()
+            && let Some(ty) = all().map(|def| plain_argument(def, number)).reduce(Option::and).flatten()
         {
             let message = format!("`arg({number})` of `{}` is a plain `{ty}`, which keeps no state", laws[0].0.text);
             return Err(ConfigError::at(entry.instance_at.clone(), message).help(

@@ -252,6 +252,12 @@ impl Index {
     }
 }
 
+/// The same error, of which the correction goes on with the method that was named.
+pub(super) fn with_method(mut error: ConfigError, method: &str) -> ConfigError {
+    error.help = error.help.map(|help| help.replace("`?", &format!("::{method}`?")));
+    error
+}
+
 fn last(path: &str) -> &str {
     path.rsplit("::").next().unwrap_or(path)
 }
