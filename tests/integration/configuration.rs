@@ -224,7 +224,8 @@ fn an_argument_that_no_call_of_the_law_has_is_refused() {
         "takes no argument",
     );
     check_refused("[[filter]]\nfunction = \"crate::idle\"\n", "`idle` has no `arg(0)`", "2:12", "takes no argument");
-    check_accepted(&entry("instance = \"arg(0)\""));
+    let plain = "`arg(0)` of `calc` is a plain `f32`, which keeps no state";
+    check_refused(&entry("instance = \"arg(0)\""), plain, "4:12", "taken as `&mut`");
     check_refused(
         "[[filter]]\ntype = \"crate::Tick\"\nlaw = \"over\"\n",
         "`over` takes no `self` that could be the state",
@@ -233,7 +234,9 @@ fn an_argument_that_no_call_of_the_law_has_is_refused() {
     );
     check_accepted("[[filter]]\ntype = \"crate::Tick\"\nlaw = \"over\"\ninstance = \"arg(0)\"\n");
     check_accepted(&entry("key = 0"));
-    check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\ninstance = \"arg(1)\"\n");
+    check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\ninstance = \"arg(0)\"\n");
+    let never = "`calc` gives no `Result`, so that it cannot fail";
+    check_refused(&entry("on_err = \"untouched\""), never, "4:10", "take `on_err` out");
     // What a build leaves out may have other arguments.
     check_accepted("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc_with\"\ninstance = \"arg(3)\"\n");
     // A number that is given back may be the state of a law that keeps none in `self`.
@@ -243,6 +246,8 @@ fn an_argument_that_no_call_of_the_law_has_is_refused() {
 #[test]
 fn patterns_of_files_are_read_as_paths() {
     check_refused("exclude = [\"src/[gen/**\"]\n", "`src/[gen/**` has a `[` that nothing closes", "1:12", "`[[]`");
+    let each = "write a pattern for each: \"src/gen/**\", \"src/old/**\"";
+    check_refused("exclude = [\"src/{gen,old}/**\"]\n", "has a choice in braces", "1:12", each);
     let guilty = format!("{CODE}\n{}", workspace::GUILTY);
     for pattern in ["./src/**", "src/**", "src/[k-m]ib.rs"] {
         let found = run(&package(&guilty, &format!("exclude = [\"{pattern}\"]\n")), [""; 0]);
@@ -293,9 +298,41 @@ fn cycles_and_guards_that_are_not_there_are_refused() {
         "`tick`",
     );
     check_refused("[[cycle]]\nmethod = \"crate::control::Estimator::stp\"\n", "has no method `stp`", "2:10", "`step`");
+    let other = "[[cycle]]\nmethod = \"crate::control::Estimatr::step\"\n";
+    check_refused(other, "names nothing", "2:10", "did you mean `crate::control::Estimator::step`?");
     check_refused("[[cycle]]\nattribute = \"rtic::task\"\n", "no function has the attribute `rtic::task`", "2:13", "");
     check_refused("[[guard]]\ntype = \"crate::Tock\"\n", "`crate::Tock` names nothing", "2:8", "`crate::Tick`");
     check_refused("[[guard]]\ntype = \"crate::Tick\"\n", "`crate::Tick` has no method `new`", "2:8", "it has `over`");
+}
+
+#[test]
+fn resets_and_makers_that_are_not_there_are_refused() {
+    let code = "pub mod dsp {\n    pub struct Iir { pub taps: [f32; 2] }\n    impl Iir { pub fn clear(&mut self) { self.taps = [0.0; 2]; } }\n    \
+                pub fn iir(state: &mut Iir, input: f32) -> f32 { state.taps[0] += input; state.taps[0] }\n    \
+                pub fn iir_init(state: &mut Iir) { state.taps = [0.0; 2]; }\n    pub fn warm(state: &Iir) -> f32 { state.taps[1] }\n}\n\
+                pub fn run(mut state: dsp::Iir, is_cut: fn() -> bool) {\n    loop { if is_cut() { dsp::iir_init(&mut state); } else { dsp::iir(&mut state, 0.1); } }\n}\n";
+    let with = |rest: &str| {
+        run(&package(code, &format!("[[filter]]\nfunction = \"crate::dsp::iir\"\n{rest}\n")), ["-D", "skipped_update"])
+    };
+    let refused = |rest: &str, message: &str, help: &str| {
+        with(rest).assert_code(101).assert_stderr(message).assert_stderr("ceid-lint.toml:3:").assert_stderr(help);
+    };
+    refused("reset = [\"cleer\"]", "`Iir` has no method `cleer`", "did you mean `clear`?");
+    refused("partial_reset = \"iir_init\"", "`iir_init` is a function", "write its path: `crate::dsp::iir_init`");
+    refused("reset = \"crate::dsp::iir_innit\"", "names nothing", "did you mean `crate::dsp::iir_init`?");
+    refused("reset = \"crate::dsp::warm\"", "`crate::dsp::warm` is lent no `Iir`", "takes the state as `&mut`");
+    refused("reset = \"crate::dsp::iir\"", "`crate::dsp::iir` is the law", "a law goes on with the state");
+    refused("made_by = \"nope::iir\"", "`nope::iir` names nothing", "neither a member");
+    refused("made_by = \"crate::dsp::iir_innit\"", "names nothing", "did you mean `crate::dsp::iir_init`?");
+    with("reset = [\"clear\", \"crate::dsp::iir_init\"]").assert_code(0);
+    // One that sets a part is none.
+    with("partial_reset = \"crate::dsp::iir_init\"").assert_code(100).assert_stderr("skipped_update");
+    check_refused(
+        "[[cycle]]\nfunction = \"crate::Gain\"\n",
+        "`crate::Gain` is a type, not a function",
+        "2:12",
+        "as in `crate::Gain::next`",
+    );
 }
 
 #[test]
@@ -342,7 +379,7 @@ fn what_a_target_defines_that_was_not_selected_is_no_mistake() {
 #[test]
 fn an_entry_holds_for_the_type_of_its_path_that_has_the_law() {
     let other = "struct Gain(f32);\nfn main() { println!(\"{}\", Gain(1.0).0); }\n";
-    let directory = package(CODE, "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"next\"\ninstance = \"arg(0)\"\n");
+    let directory = package(CODE, "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"next\"\ninstance = \"returned\"\n");
     workspace::write(&directory, "examples/other.rs", other.as_bytes());
     run(&directory, [""; 0]).assert_code(0);
     let directory = package(CODE, "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"nxet\"\n");
@@ -394,6 +431,19 @@ fn findings_name_the_half_of_a_law() {
         told_by.assert_stderr(told);
         assert!(!told_by.stderr.contains("by `predict` more"), "{}", told_by.stderr);
     }
+}
+
+#[test]
+fn an_unread_wrapper_is_told_by_the_law_of_what_it_has() {
+    let code = "pub struct Lag(f32);\nimpl Lag { pub fn relax(&mut self) { self.0 *= 0.5; } }\nfn go_on(lag: &mut Lag) { lag.relax(); }\n\
+                pub fn run(mut kept: pid::Kept<Lag>) { loop { go_on(&mut kept); go_on(&mut kept); } }\n";
+    let directory = package(code, "[[filter]]\ntype = \"crate::Lag\"\nlaw = \"relax\"\n");
+    let report = run(&directory, ["report", "--message-format", "json"]);
+    assert!(
+        report.stdout.contains("\"law\": \"relax\"") || report.stdout.contains("\"law\":\"relax\""),
+        "{}",
+        report.stdout
+    );
 }
 
 #[test]

@@ -31,12 +31,14 @@ pub struct FilterEntry {
     pub key_at: Vec<Place>,
     /// Whether the law takes `&mut self`.
     pub receiver: Receiver,
-    /// Methods that set the whole state.
+    /// Methods that set the whole state, and paths of functions that are lent it.
     pub reset: Vec<Word>,
-    /// Methods that set a part of the state.
+    /// The same for a part of the state.
     pub partial_reset: Vec<Word>,
     /// What an `Err` of the law means.
     pub on_err: OnErr,
+    /// Where that is said; where the entry names its type, if it is not.
+    pub on_err_at: Place,
     /// Where the time step comes from.
     pub time_base: TimeBase,
     /// Whether it is sampled in time at all.
@@ -204,12 +206,6 @@ fn name(value: Value<'_>) -> Result<Word, ConfigError> {
     Ok(word)
 }
 
-fn names(value: Option<Value<'_>>) -> Result<Vec<Word>, ConfigError> {
-    let Some(value) = value else { return Ok(Vec::new()) };
-    value.strings()?;
-    value.list_or_one().into_iter().map(name).collect()
-}
-
 fn paths(value: Option<Value<'_>>) -> Result<Vec<Word>, ConfigError> {
     let Some(value) = value else { return Ok(Vec::new()) };
     value.strings()?;
@@ -264,6 +260,7 @@ impl FilterEntry {
         };
         let law = law(table, &target)?;
         let choice = |key: &str| table.get(key);
+        no_law_resets(table, &law, &target)?;
         let keys = choice("key").map(Value::list_or_one).unwrap_or_default();
         Ok(Self {
             multiplicity: multiplicity(table, law.len())?,
@@ -275,11 +272,12 @@ impl FilterEntry {
             receiver: choice("receiver").map_or(Ok(Receiver::Exclusive), |value| {
                 value.choice(&[("exclusive", Receiver::Exclusive), ("shared", Receiver::Shared)])
             })?,
-            reset: names(choice("reset"))?,
+            reset: paths(choice("reset"))?,
             partial_reset: partial_reset(table)?,
             on_err: choice("on_err").map_or(Ok(OnErr::Updated), |value| {
                 value.choice(&[("updated", OnErr::Updated), ("untouched", OnErr::Untouched)])
             })?,
+            on_err_at: choice("on_err").map_or_else(|| target.path().place.clone(), Value::place),
             time_base: choice("time_base").map_or(Ok(TimeBase::Fixed), |value| {
                 value.choice(&[("fixed", TimeBase::Fixed), ("passed", TimeBase::Passed), ("inside", TimeBase::Inside)])
             })?,
@@ -330,10 +328,28 @@ fn multiplicity(table: &Table<'_>, groups: usize) -> Result<Vec<Multiplicity>, C
     Ok(list)
 }
 
+/// What goes on with the state does not set it anew.
+fn no_law_resets(table: &Table<'_>, law: &[Vec<Word>], target: &FilterTarget) -> Result<(), ConfigError> {
+    for key in ["reset", "partial_reset"] {
+        for word in paths(table.get(key))? {
+            let is_law = match target {
+                FilterTarget::Function(path) => word.text == path.text,
+                _ => law.iter().flatten().any(|own| own.text == word.text),
+            };
+            if is_law {
+                let message = format!("`{}` is the law, and under `{key}` as well", word.text);
+                return Err(ConfigError::at(word.place, message)
+                    .help("leave it where it belongs: a law goes on with the state, a reset sets it anew"));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The methods that reset a part of the state; one that resets all of it is none of them.
 fn partial_reset(table: &Table<'_>) -> Result<Vec<Word>, ConfigError> {
-    let (value, full) = (table.get("partial_reset"), names(table.get("reset"))?);
-    let partial = names(value)?;
+    let (value, full) = (table.get("partial_reset"), paths(table.get("reset"))?);
+    let partial = paths(value)?;
     match (value, partial.iter().find(|part| full.iter().any(|whole| whole.text == part.text))) {
         (Some(value), Some(both)) => {
             let message = format!("`{}` is under `reset` and under `partial_reset`", both.text);

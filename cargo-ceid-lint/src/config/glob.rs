@@ -25,6 +25,15 @@ pub fn is_unclosed(pattern: &str) -> bool {
     false
 }
 
+/// The choice that braces enclose in a pattern, with what stands before them and behind: `src/{gen,ok}/**`. Braces around one name are
+/// a part of it.
+#[must_use]
+pub fn choice(pattern: &str) -> Option<(&str, (&str, &str))> {
+    let (before, rest) = pattern.split_once('{')?;
+    let (choice, behind) = rest.split_once('}')?;
+    choice.contains(',').then_some((before, (choice, behind)))
+}
+
 /// The rows of the table "does the pattern up to here match the text up to there", one for each character of the pattern:
 /// the time is bounded by the product of both lengths, whatever the pattern.
 fn matches_from(pattern: &[char], text: &[char]) -> bool {

@@ -467,7 +467,12 @@ impl Context<'_> {
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let of_half = || {
             let behind = super::behind::types_behind(index, facts.graph, place);
-            let mut types = [&ty].into_iter().chain(&behind);
+            // A wrapper that is not read is told by the law of what it has.
+            let content = match &ty {
+                Ty::External(_, args) => args.as_slice(),
+                _ => &[],
+            };
+            let mut types = [&ty].into_iter().chain(&behind).chain(content.iter().map(Ty::peel));
             let spec = types.find_map(|ty| index.filter_spec(ty).or_else(|| index.returned_spec(ty)));
             spec.unwrap_or(index.trait_spec()).name_of(law, decision.law.as_deref()).unwrap_or_default()
         };

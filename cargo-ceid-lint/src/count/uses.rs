@@ -8,8 +8,8 @@ use super::given::takes_by_value;
 use super::instances;
 use super::owed::is_named;
 use crate::flow::{
-    Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Transfer,
-    Var,
+    Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Projection,
+    Transfer, Var,
 };
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
@@ -85,7 +85,12 @@ impl Context<'_> {
                     uses.is_assigned |= leaves;
                     is_emptied |= write.head.as_deref() == Some("-") && holds(&write.place);
                     let is_it = || facts.aliases.shared_roots(&write.place).iter().any(|root| root == place);
-                    uses.is_snapshot |= (write.place == *place || is_it()) && self.is_copy(facts, write);
+                    // Of a ring an element is written in each round: `history[n % 8] = lag`.
+                    let is_slot = || {
+                        let is_filled = node.in_loop.is_some() && is_element_of(&write.place, place);
+                        is_filled && is_of_named(facts.graph, write)
+                    };
+                    uses.is_snapshot |= (write.place == *place || is_it() || is_slot()) && self.is_copy(facts, write);
                 }
                 Effect::Set(set) => {
                     let leaves = set.transfer != Transfer::Borrow
@@ -366,6 +371,25 @@ impl InstanceCopy {
 fn is_or_holds(facts: &FunctionFacts<'_>, other: &Place, instance: &Place) -> bool {
     let holds = |root: &Place| root.steps.len() <= instance.steps.len() && root.overlaps(instance);
     facts.aliases.shared_roots(other).iter().any(holds)
+}
+
+/// Whether what is assigned, or what that was copied from, has a name.
+fn is_of_named(graph: &ControlFlowGraph, write: &Assignment) -> bool {
+    let Some(from) = &write.from else { return false };
+    is_named(graph, Some(from))
+        || sets(graph).any(|(set, origin, _)| set.place == *from && is_named(graph, Some(origin)))
+}
+
+/// Whether a place is an element of a collection, or a row of it, where an instance stands for each of them.
+fn is_element_of(written: &Place, instance: &Place) -> bool {
+    let (own, all) = (&written.steps, &instance.steps);
+    let is_same = |(own, all): (&Projection, &Projection)| own == all || own.key().is_some() && all.key().is_some();
+    let is_rest_of_rows = || all[own.len()..].iter().all(|step| step.key().is_some());
+    written.base == instance.base
+        && own.len() <= all.len()
+        && own.iter().zip(all).all(is_same)
+        && own.last().is_some_and(|step| step.key().is_some())
+        && is_rest_of_rows()
 }
 
 /// The copies that are made of what a test holds for.

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::entry_errors::described;
+use super::entry_errors::{described, with_method};
 use super::filters::{FilterSpec, Subject};
 use super::{CrateId, CrateInfo, Def, FunctionId, Index, ModuleId, Namespace, Owner, TraitName, Ty, TypeId};
 use crate::config::spelling::nearest;
@@ -107,9 +107,11 @@ impl Index {
             return Err(error);
         }
         self.check_arguments(scope, &found, entry)?;
+        self.check_makers(scope, entry)?;
         for def in found {
             let Some(subject) = self.subject(&def, &entry.target) else { continue };
             self.note_makers(&subject, entry);
+            self.note_reset_functions(scope, &def, entry);
             let spec = FilterSpec::by_entry(subject, entry);
             match self.entered.iter().find(|known| known.subject == spec.subject) {
                 Some(known) if known.section == scope.section => {
@@ -132,14 +134,13 @@ impl Index {
 
     fn check_methods(&self, scope: &EntryScope<'_>, def: &Def, entry: &FilterEntry) -> Result<(), ConfigError> {
         if matches!(entry.target, FilterTarget::Function(_)) {
-            return Ok(());
+            return self.check_resets(scope, def, entry);
         }
         let word = entry.target.path();
         for method in entry.law.iter().flatten() {
             self.check_method(scope, def, word, method)?;
         }
-        let mut resets = entry.reset.iter().chain(&entry.partial_reset);
-        resets.try_for_each(|method| self.check_reset(scope, def, word, method))
+        self.check_resets(scope, def, entry)
     }
 
     /// Checks that no type has another law by another trait of the same section, for one of the two would not be judged.
@@ -214,6 +215,7 @@ impl Index {
                 && !self.specs.iter().any(|spec| spec.subject == subject)
             {
                 self.note_makers(&subject, entry);
+                self.note_reset_functions(scope, &def, entry);
                 self.specs.push(FilterSpec { is_preset: true, ..FilterSpec::by_entry(subject, entry) });
             }
         }
@@ -234,7 +236,8 @@ impl Index {
                 let Some((of, name)) = word.text.rsplit_once("::") else { return Ok(()) };
                 let of = Word { text: of.to_owned(), place: word.place.clone() };
                 let method = Word { text: name.to_owned(), place: word.place.clone() };
-                for def in self.named(scope, &of, Namespace::Type, "trait")? {
+                let traits = self.named(scope, &of, Namespace::Type, "trait");
+                for def in traits.map_err(|error| with_method(error, name))? {
                     let of_trait = match def {
                         Def::Trait(id) => TraitName::Local(id),
                         Def::External(ref path) => TraitName::External(path.clone()),
@@ -334,7 +337,7 @@ impl Index {
     }
 
     /// A function, or a method as `crate::Robot::step`.
-    fn functions_named(&self, scope: &EntryScope<'_>, word: &Word) -> Result<Vec<FunctionId>, ConfigError> {
+    pub(super) fn functions_named(&self, scope: &EntryScope<'_>, word: &Word) -> Result<Vec<FunctionId>, ConfigError> {
         let found = self.named_by(scope, &word.text, Namespace::Value);
         let mut functions: Vec<FunctionId> = found
             .iter()
@@ -368,6 +371,9 @@ impl Index {
                 return Ok(functions);
             }
             self.named(scope, word, Namespace::Value, "function")?;
+            if let Some(other) = found.first() {
+                return Err(self.is_no_function(word, other));
+            }
         }
         Ok(functions)
     }

@@ -1,8 +1,8 @@
 //! Where an entry says that the state of a law is, and its channel: an error if the calls of the law certainly have nothing there.
 
 use super::entries::EntryScope;
-use super::{Def, FunctionDef, Index, MethodOwner, TraitName};
-use crate::config::{ConfigError, FilterEntry, InstancePlace, Word};
+use super::{Def, FunctionDef, Index};
+use crate::config::{ConfigError, FilterEntry, InstancePlace, OnErr, Word};
 use crate::syntax::tree::{Receiver, TypeRef};
 
 impl Index {
@@ -33,6 +33,20 @@ impl Index {
                 return Err(no_instance(entry, &method.text, seen));
             }
         }
+        let all = || laws.iter().flat_map(|(_, seen)| seen.iter().copied());
+        if let InstancePlace::Argument(number) = entry.instance
+            && let Some(ty) = all().map(|def| plain_argument(def, number)).reduce(Option::and).flatten()
+        {
+            let message = format!("`arg({number})` of `{}` is a plain `{ty}`, which keeps no state", laws[0].0.text);
+            return Err(ConfigError::at(entry.instance_at.clone(), message).help(
+                "name the argument that is the state, which is taken as `&mut`, or `returned` for what the law gives",
+            ));
+        }
+        if entry.on_err == OnErr::Untouched && all().all(never_fails) {
+            let message = format!("`{}` gives no `Result`, so that it cannot fail", laws[0].0.text);
+            return Err(ConfigError::at(entry.on_err_at.clone(), message)
+                .help("take `on_err` out, or name the methods of which an `Err` leaves the filter as it was"));
+        }
         for (number, place) in entry.key.iter().zip(&entry.key_at) {
             let mut all = laws.iter().flat_map(|(_, seen)| seen);
             if all.all(|def| arguments(def) <= *number as usize) {
@@ -46,15 +60,7 @@ impl Index {
 
     /// The functions that a method of a law may be, those that a trait only declares included.
     fn signatures(&self, found: &[Def], method: &str) -> Vec<&FunctionDef> {
-        let of = |def: &Def| match def {
-            Def::Function(id) => vec![*id],
-            Def::Type(id) => self.methods(&self.bare(*id), method).iter().filter_map(MethodOwner::function).collect(),
-            Def::Trait(id) => {
-                let declared = self.trait_def(*id).methods.get(method).copied();
-                declared.into_iter().chain(self.implementations(&TraitName::Local(*id), method)).collect()
-            }
-            _ => Vec::new(),
-        };
+        let of = |def: &Def| self.functions_of_law(def, method);
         found.iter().flat_map(of).map(|id| self.function(id)).collect()
     }
 }
@@ -66,6 +72,21 @@ fn arguments(def: &FunctionDef) -> usize {
 
 /// Values that are no state of a law that keeps one in `self`.
 const PLAIN: &[&str] = &["bool", "f32", "f64", "i8", "i16", "i32", "i64", "isize", "u8", "u16", "u32", "u64", "usize"];
+
+/// The type of an argument that is a plain number or truth value.
+fn plain_argument(def: &FunctionDef, number: u32) -> Option<&str> {
+    match def.function.params.get(number as usize)? {
+        TypeRef::Path(path) => path.ident().filter(|name| PLAIN.contains(name)),
+        _ => None,
+    }
+}
+
+/// Whether what a function gives is surely no `Result`.
+fn never_fails(def: &FunctionDef) -> bool {
+    let output = &def.function.output;
+    let is_plain = matches!(output, TypeRef::Path(path) if path.ident().is_some_and(|name| PLAIN.contains(&name)));
+    *output == TypeRef::unit() || is_plain
+}
 
 /// Whether what a law gives is no state: nothing, or a number or truth value while the law writes to `self`.
 fn gives_no_state(def: &FunctionDef) -> bool {

@@ -27,6 +27,16 @@ impl Index {
         }
     }
 
+    /// An error for a path that names a thing which nothing calls.
+    pub(super) fn is_no_function(&self, word: &Word, def: &Def) -> ConfigError {
+        let error =
+            ConfigError::at(word.place.clone(), format!("`{}` is {}, not a function", word.text, described(def)));
+        match self.method_names(def).first() {
+            Some(method) => error.help(format!("name a function or a method, as in `{}::{method}`", word.text)),
+            None => error.help("name a function or a method"),
+        }
+    }
+
     /// Whether a part of the path is the name of something that this build leaves out.
     pub(super) fn is_removed(&self, scope: &EntryScope<'_>, path: &str) -> bool {
         scope.crates.iter().any(|krate| path.split("::").any(|name| self.crate_info(*krate).removed.contains(name)))
@@ -64,7 +74,7 @@ impl Index {
     }
 
     /// The paths of all items of a kind, beginning as the user began.
-    fn paths_of(&self, scope: &EntryScope<'_>, first: &str, wanted: &str) -> Vec<String> {
+    pub(super) fn paths_of(&self, scope: &EntryScope<'_>, first: &str, wanted: &str) -> Vec<String> {
         let of_type = self.types.iter().map(|def| (def.module, &def.name));
         let of_trait = self.traits.iter().map(|def| (def.module, &def.name));
         let functions = self.functions.iter().filter(|def| def.owner == Owner::Module);
@@ -96,6 +106,11 @@ impl Index {
             .collect()
     }
 
+    /// Whether a type or trait may have a method: it has it, or code that could have it is not read.
+    pub(super) fn may_have_method(&self, scope: &EntryScope<'_>, def: &Def, method: &Word) -> bool {
+        scope.is_partial || self.is_removed(scope, &method.text) || self.has_method(def, &method.text) != Some(false)
+    }
+
     /// An error if the type or trait certainly has no such method.
     pub(super) fn check_method(
         &self,
@@ -104,45 +119,16 @@ impl Index {
         owner: &Word,
         method: &Word,
     ) -> Result<(), ConfigError> {
-        if self.has_method(def, &method.text) != Some(false) || scope.is_partial || self.is_removed(scope, &method.text)
-        {
+        if self.may_have_method(scope, def, method) {
             return Ok(());
         }
-        let error = self.has_no_method(def, owner, method);
+        let error = self.has_no_method(def, &owner.text, method);
         if nearest(&method.text, self.method_names(def)).is_none()
             && let Some(path) = self.other_owner(scope, owner, &method.text)
         {
             return Err(error.help(format!("`{path}` has it: an entry names the type of which the law is a method")));
         }
         Err(error)
-    }
-
-    /// An error if the type certainly has no such method to reset it; of a trait, if no type that implements it has, for that may be
-    /// a method of the type itself or of another trait.
-    pub(super) fn check_reset(
-        &self,
-        scope: &EntryScope<'_>,
-        def: &Def,
-        owner: &Word,
-        method: &Word,
-    ) -> Result<(), ConfigError> {
-        let is_of_type = |id: &TypeId| {
-            let of = match def {
-                Def::Trait(id) => TraitName::Local(*id),
-                Def::External(path) => TraitName::External(path.clone()),
-                _ => return false,
-            };
-            self.implements(&self.bare(*id), &of) && self.has_method(&Def::Type(*id), &method.text) != Some(false)
-        };
-        let mut types = (0u32..).zip(&self.types).map(|(number, _)| TypeId(number));
-        if scope.is_partial
-            || self.is_removed(scope, &method.text)
-            || self.has_method(def, &method.text) != Some(false)
-            || types.any(|id| is_of_type(&id))
-        {
-            return Ok(());
-        }
-        Err(self.has_no_method(def, owner, method))
     }
 
     /// An error if what gives the guard of an entry is neither one of its methods nor a function.
@@ -160,8 +146,8 @@ impl Index {
         if is_function { Ok(()) } else { self.check_method(scope, def, &entry.guard_type, word) }
     }
 
-    fn has_no_method(&self, def: &Def, owner: &Word, method: &Word) -> ConfigError {
-        let message = format!("`{}` has no method `{}`", owner.text, method.text);
+    pub(super) fn has_no_method(&self, def: &Def, owner: &str, method: &Word) -> ConfigError {
+        let message = format!("`{owner}` has no method `{}`", method.text);
         let error = ConfigError::at(method.place.clone(), message);
         let names = self.method_names(def);
         match nearest(&method.text, names.iter().copied()) {
@@ -264,6 +250,12 @@ impl Index {
             _ => BTreeSet::new(),
         }
     }
+}
+
+/// The same error, of which the correction goes on with the method that was named.
+pub(super) fn with_method(mut error: ConfigError, method: &str) -> ConfigError {
+    error.help = error.help.map(|help| help.replace("`?", &format!("::{method}`?")));
+    error
 }
 
 fn last(path: &str) -> &str {

@@ -75,6 +75,7 @@ impl FilterSpec {
     pub(super) fn by_entry(subject: Subject, entry: &FilterEntry) -> Self {
         let groups = entry.law.iter().zip(&entry.multiplicity);
         let texts = |words: &[Word]| words.iter().map(|word| word.text.clone()).collect::<Vec<_>>();
+        let methods = |words: &[Word]| texts(words).into_iter().filter(|name| !name.contains("::")).collect();
         Self {
             subject,
             law: groups
@@ -83,8 +84,8 @@ impl FilterSpec {
             instance: entry.instance,
             key: entry.key.clone(),
             receiver: entry.receiver,
-            resets: texts(&entry.reset),
-            partial_resets: texts(&entry.partial_reset),
+            resets: methods(&entry.reset),
+            partial_resets: methods(&entry.partial_reset),
             on_err: entry.on_err,
             time_base: Some(entry.time_base),
             is_sampled: entry.kind == FilterKind::Sampled,

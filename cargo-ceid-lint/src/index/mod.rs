@@ -4,6 +4,7 @@ mod collect;
 mod entries;
 mod entry_arguments;
 mod entry_errors;
+mod entry_resets;
 mod extensions;
 mod filters;
 mod function_places;
@@ -121,6 +122,8 @@ pub struct Index {
     guards: Vec<GuardSpec>,
     /// Functions of crates whose sources are not read that give a filter, with its path.
     makers: BTreeMap<String, String>,
+    /// Functions that reset a filter which they are lent.
+    reset_functions: Vec<entry_resets::ResetFunction>,
     /// The types of states that laws have in an argument.
     states: Vec<states::StateType>,
     /// The types that are filters or have one among their fields, at any depth.

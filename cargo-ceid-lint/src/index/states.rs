@@ -143,6 +143,16 @@ impl Index {
         own.filter_map(law).collect()
     }
 
+    /// The functions that are laws of states of a type of the analysed code, those of other types among them.
+    #[must_use]
+    pub fn bodies_of_state(&self, ty: &Ty) -> Vec<FunctionId> {
+        let is_one = |state: &&StateType| match (&state.ty, ty) {
+            (Ty::Adt(own, _), Ty::Adt(id, _)) => own == id && !state.is_returned,
+            _ => false,
+        };
+        self.states.iter().filter(is_one).flat_map(|state| self.bodies_of(&self.specs[state.spec])).collect()
+    }
+
     /// What is known of the law that gives back its state, where a value of the type is one.
     #[must_use]
     pub fn returned_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
@@ -193,7 +203,7 @@ pub fn handed(output: &Ty, state: &Ty) -> Option<Option<usize>> {
 }
 
 /// Whether two types are the same, as far as both are known.
-fn is_like(state: &Ty, ty: &Ty) -> bool {
+pub(super) fn is_like(state: &Ty, ty: &Ty) -> bool {
     let all = |left: &[Ty], right: &[Ty]| {
         left.len() == right.len() && left.iter().zip(right).all(|(left, right)| is_like(left, right))
     };

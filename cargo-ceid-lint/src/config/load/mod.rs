@@ -140,6 +140,12 @@ fn patterns(value: Value<'_>) -> Result<Vec<String>, ConfigError> {
                 .error(format!("the pattern `{text}` has a `[` that nothing closes"))
                 .help("close the set as in `[ab]`, or write `[[]` for the bracket itself"));
         }
+        if let Some((before, (choice, behind))) = glob::choice(text) {
+            let each: Vec<String> = choice.split(',').map(|one| format!("\"{before}{one}{behind}\"")).collect();
+            return Err(value
+                .error(format!("the pattern `{text}` has a choice in braces, which no pattern has"))
+                .help(format!("write a pattern for each: {}", each.join(", "))));
+        }
         Ok(text.strip_prefix("./").unwrap_or(text).to_owned())
     };
     value.list_or_one().into_iter().map(pattern).collect()

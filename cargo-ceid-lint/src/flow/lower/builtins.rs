@@ -202,6 +202,7 @@ impl Builder<'_> {
                 self.note_pointed(self.ty(receiver).peel());
                 Value::default()
             }
+            "take" if args.is_empty() && self.drops_content(id, receiver) => self.drop_content(receiver, value, span),
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
                 self.taken_out(id, value)
             }
@@ -368,12 +369,7 @@ impl Builder<'_> {
                 values.into_iter().next().unwrap_or_default()
             }
             "clone" if self.clones_name(receiver) => Value { is_owned: false, ..value.clone() },
-            "fill_with" if args.len() == 1 => {
-                if let Some(closure) = self.expr(args[0]).closure {
-                    self.fill_loop(closure, span);
-                }
-                Value::default()
-            }
+            "fill_with" if args.len() == 1 => self.fill_with(receiver, args[0], value, span),
             _ if super::exchanges::reorders(method, args.len())
                 && self.may_hold_filter(self.ty(receiver))
                 && self.reordered(id, receiver, method, args, value) =>

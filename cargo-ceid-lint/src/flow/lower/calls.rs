@@ -191,6 +191,10 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return self.chained(id, resolved, place);
         }
+        if let Some((place, full)) = self.reset_by_function(resolved, values) {
+            self.emit(Effect::Reset { place, full }, span);
+            return Value::default();
+        }
         if let Some((place, full)) = self.resets_state(self.called_name(id), resolved, exprs, values) {
             self.emit(Effect::Reset { place, full }, span);
             return Value::default();

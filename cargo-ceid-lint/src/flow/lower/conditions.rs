@@ -292,6 +292,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        let differs = self.other_outcome(op, &sides, span, &text, &about);
         let (subject, heads, negated) = match subject {
             None => self.compared_result(op, &sides),
             Some(subject) => (Some(subject), heads, negated),
@@ -322,6 +323,9 @@ impl Builder<'_> {
             None => self.opaque_branch(span, text, about),
         };
         let (yes, failed) = if negated { (failed, yes) } else { (yes, failed) };
+        if let Some(differs) = differs {
+            self.link(differs, if op == "==" { failed } else { yes });
+        }
         self.link(failed, no);
         self.resume(yes);
     }

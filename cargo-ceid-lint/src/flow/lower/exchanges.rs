@@ -150,13 +150,42 @@ impl Builder<'_> {
         Value::default()
     }
 
+    /// `bank.fill_with(Lag::new)`: each element is what the closure gives, a new one unless that is moved out of somewhere.
+    pub(super) fn fill_with(&mut self, receiver: ExprId, given: ExprId, value: &Value, span: Span) -> Value {
+        let filled = self.expr(given).closure.and_then(|closure| self.fill_loop(closure, span));
+        let is_new = match filled {
+            Some(filled) => {
+                let from = filled.place.as_ref().and_then(Place::base_var).map(|var| self.graph.var(var));
+                from.is_none_or(|info| info.name.is_empty() || self.program.index.copies_filter(&info.ty))
+            }
+            // `Default::default`
+            None => matches!(self.body().expr(given).kind, ExprKind::Path(_)) && self.static_place(given).is_none(),
+        };
+        let has_destructor = self.program.index.leads_to_destructor(self.ty(receiver));
+        if is_new && !has_destructor && self.makes_anew(receiver, "fill_with") {
+            self.write_whole(value, &Value::default(), span);
+            self.note_pointed(self.ty(receiver).peel());
+        }
+        Value::default()
+    }
+
     /// Whether a method makes a collection of filters anew: one without elements is a new one, and so is one of which each element is.
-    pub(super) fn makes_anew(&self, receiver: ExprId, method: &str) -> bool {
+    pub(super) fn makes_anew(&mut self, receiver: ExprId, method: &str) -> bool {
         let is_named = matches!(self.body().expr(receiver).kind, ExprKind::Path(_) | ExprKind::Field { .. });
-        match self.ty(receiver).peel() {
-            Ty::Array(element, _) => method == "fill" && is_named && self.may_hold_filter(element),
+        match &self.ty(receiver).peel().clone() {
+            Ty::Array(element, _) => method != "clear" && is_named && self.may_hold_filter(element),
+            // Another slice may be a part of what it was made of.
+            Ty::Slice(element) => method != "clear" && self.may_hold_filter(element) && self.is_given_slice(receiver),
             _ => (method == "clear" || is_named) && self.is_collection_of_filters(receiver),
         }
+    }
+
+    /// Whether a slice is all of what the function was lent.
+    fn is_given_slice(&mut self, slice: ExprId) -> bool {
+        let is_whole = matches!(self.ty(slice), Ty::Ref(true, _));
+        let var = self.static_place(slice).filter(|place| is_whole && place.steps.is_empty());
+        let var = var.and_then(|place| place.base_var());
+        var.is_some_and(|var| self.graph.var(var).param.is_some() && !self.is_assigned(var))
     }
 
     fn is_collection_of_filters(&self, id: ExprId) -> bool {

@@ -54,6 +54,9 @@ impl Builder<'_> {
             let (values, group) = (self.values(args), self.program.index.group_of(spec, &def));
             return self.law_call(id, Law { spec, group, targets: &[], has_receiver: false }, args, &values);
         }
+        if self.reset_outside(path, args, span) {
+            return Value::default();
+        }
         if is_spawn(last) {
             return self.spawn(id, path, None, args);
         }

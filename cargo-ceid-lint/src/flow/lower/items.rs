@@ -37,6 +37,10 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place, full }, span);
             return Value::default();
         }
+        if let Some((place, full)) = self.reset_by_function(resolved, args).filter(|_| law.is_none()) {
+            self.emit(Effect::Reset { place, full }, span);
+            return Value::default();
+        }
         let reads_self =
             |target: &FunctionId| self.program.index.function(*target).function.receiver == Some(Receiver::Shared);
         let is_shared = resolved.has_receiver && resolved.targets.iter().all(reads_self);

@@ -2,8 +2,9 @@
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Change, ChangeKind, Computed, Effect, NodeId, Place, Transfer, Var};
+use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind, Stmt, StmtKind};
 use crate::types::Callee;
 
 impl Builder<'_> {
@@ -129,6 +130,51 @@ impl Builder<'_> {
         self.emptied(place, span);
         self.note_pointed(self.ty(id));
         Value { place: Some(Place::var(taken)), same_as: Some(taken), ..leaving }
+    }
+
+    /// Whether a statement takes what an option or cell holds, and drops it: `spare.take();`
+    pub(super) fn drops_content(&self, taken: ExprId, receiver: ExprId) -> bool {
+        let content = self.ty(taken);
+        let is_dropped = |stmt: &Stmt| match &stmt.kind {
+            StmtKind::Expr { expr, semicolon: true } => *expr == taken,
+            StmtKind::Let { pat, init: Some(init), .. } => {
+                *init == taken && matches!(self.body().pat(*pat).kind, PatKind::Wild)
+            }
+            _ => false,
+        };
+        let mut holder = self.ty(receiver).peel();
+        while let Ty::External(_, args) = holder
+            && holder.is_shared_pointer()
+        {
+            holder = args.first().map_or(&Ty::Unknown, Ty::peel);
+        }
+        let is_cell = self.is_cell(receiver) || matches!(holder.external_name(), Some("Cell" | "RefCell"));
+        (is_cell || self.is_optional(receiver))
+            && self.may_hold_filter(content)
+            && !self.program.index.refers_to_filters(content)
+            && !self.program.index.leads_to_destructor(content)
+            && !self.is_guard(taken)
+            && (self.body().stmts().any(is_dropped) || self.is_given_to_drop(taken))
+    }
+
+    fn is_given_to_drop(&self, value: ExprId) -> bool {
+        let body = self.body();
+        let is_path = |callee: ExprId| matches!(&body.expr(callee).kind, ExprKind::Path(path) if path.last() == "drop");
+        let calls = (0u32..).map(ExprId).take(body.exprs.len()).filter(|id| {
+            matches!(&body.expr(*id).kind, ExprKind::Call { callee, args } if *args == [value] && is_path(*callee))
+        });
+        let is_std = |id: ExprId| matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::mem"));
+        calls.into_iter().any(is_std)
+    }
+
+    /// An option is empty from here on, a cell holds what is made by default.
+    pub(super) fn drop_content(&mut self, receiver: ExprId, value: &Value, span: Span) -> Value {
+        match value.place.clone() {
+            Some(place) if self.is_optional(receiver) => self.emptied(place, span),
+            Some(_) => self.write_whole(value, &Value::default(), span),
+            None => {}
+        }
+        Value::default()
     }
 
     /// From here on there is nothing in an option.

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::Builder;
-use super::written::{clears_all, written_fields};
-use crate::flow::{Head, Place};
-use crate::index::{FunctionId, Owner, Ty};
+use super::written::{clears_all, written_fields, written_fields_of};
+use super::{Builder, Value};
+use crate::flow::{Effect, Head, Place};
+use crate::index::{Def, FunctionId, Owner, Shape, Ty};
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, StmtKind};
-use crate::types::Callee;
+use crate::types::{Callee, Resolved};
 
 impl<'a> Builder<'a> {
     /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`. The heads are those of
@@ -22,10 +23,31 @@ impl<'a> Builder<'a> {
         clears_all(self.program, reset, self_ty, heads).unwrap_or(true)
     }
 
+    /// The filter that a function resets by what its entry says, and whether it resets all of it.
+    pub(super) fn reset_by_function(&self, resolved: &Resolved, values: &[Value]) -> Option<(Place, bool)> {
+        let [target] = resolved.targets.as_slice() else { return None };
+        let reset = self.program.index.reset_by(&Def::Function(self.program.index.origin(*target)))?;
+        Some((values.get(reset.parameter?)?.place.clone()?, reset.is_full))
+    }
+
+    /// The same for a function whose code is not read: it resets the first value that it is lent.
+    pub(super) fn reset_outside(&mut self, path: &str, args: &[ExprId], span: Span) -> bool {
+        let Some(is_full) = self.program.index.reset_by(&Def::External(path.to_owned())).map(|reset| reset.is_full)
+        else {
+            return false;
+        };
+        let values = self.values(args);
+        let lent = args.iter().position(|arg| matches!(self.ty(*arg), Ty::Ref(true, _)));
+        if let Some(place) = values.into_iter().nth(lent.unwrap_or_default()).and_then(|value| value.place) {
+            self.emit(Effect::Reset { place, full: is_full }, span);
+        }
+        true
+    }
+
     /// The fields that the laws of a filter type write; none if that cannot be seen.
     pub(super) fn state_fields(&self, ty: &Ty) -> BTreeSet<String> {
         let index = self.program.index;
-        let Some(spec) = index.filter_spec(ty) else { return BTreeSet::new() };
+        let Some(spec) = index.receiver_spec(ty) else { return self.fields_of_state(ty) };
         let methods = spec.law.iter().flat_map(|group| &group.methods).flat_map(|name| index.methods(ty, name));
         let laws = methods.filter_map(|owner| owner.function());
         let mut state = BTreeSet::new();
@@ -33,6 +55,22 @@ impl<'a> Builder<'a> {
             match written_fields(self.program, law) {
                 Some(fields) => state.extend(fields),
                 None => return BTreeSet::new(),
+            }
+        }
+        state
+    }
+
+    /// The fields that laws write of a state that they have as an argument; all that it has, if one of them is not read.
+    fn fields_of_state(&self, ty: &Ty) -> BTreeSet<String> {
+        let index = self.program.index;
+        let Ty::Adt(id, _) = ty else { return BTreeSet::new() };
+        let Shape::Struct(shape) = &index.type_def(*id).shape else { return BTreeSet::new() };
+        let mut state = BTreeSet::new();
+        for law in index.bodies_of_state(ty) {
+            let written = index.state_parameter(law).and_then(|number| written_fields_of(self.program, law, number));
+            match written.filter(|written| !written.is_empty()) {
+                Some(written) => state.extend(written),
+                None => return shape.fields.iter().map(|field| field.name.clone()).collect(),
             }
         }
         state

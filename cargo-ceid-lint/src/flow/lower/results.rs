@@ -3,7 +3,9 @@
 use super::conditions::Compared;
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{Head, Place, Var};
+use crate::flow::{About, Effect, Head, Node, NodeId, Place, Var};
+use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::tree::ExprId;
 
 /// How many variants are told apart where only some of them are asked for: each may be a way of its own.
@@ -31,6 +33,30 @@ impl Builder<'_> {
             }
         }
         (None, Vec::new(), false)
+    }
+
+    /// `attempt() == Err(Fault::Stale)`: what is equal to that has failed. Goes on where it has, and answers where it has not.
+    pub(super) fn other_outcome(
+        &mut self,
+        op: &str,
+        sides: &[(ExprId, Value); 2],
+        span: Span,
+        text: &str,
+        about: &About,
+    ) -> Option<NodeId> {
+        let [left, right] = sides;
+        let asked = [(left, right), (right, left)].into_iter().find_map(|((subject, value), (constant, _))| {
+            let head = self.constant_head(*constant).filter(|head| matches!(head.as_str(), "+" | "-"))?;
+            let is_result = matches!(self.ty(*subject), Ty::External(path, _) if path == "std::result::Result");
+            (is_result && value.same_as.is_some()).then_some((value, head))
+        });
+        let is_attempt = |node: &Node| matches!(&node.effect, Effect::Update(update) if update.attempt.is_some());
+        let is_asked = matches!(op, "==" | "!=") && self.graph.nodes.iter().any(is_attempt);
+        let (value, head) = asked.filter(|_| is_asked)?;
+        let other = if head == "-" { "+" } else { "-" };
+        let (alike, differs) = self.branch_on_head(value, &head, other, span, text.to_owned(), about.clone());
+        self.resume(alike);
+        Some(differs)
     }
 
     /// A state that a call gave, compared with another one: `mem::replace(&mut self.mode, next) != next`.

@@ -806,15 +806,18 @@ impl Builder<'_> {
     }
 
     /// A closure that gives a value to each element: what it computes goes into the round's item.
-    pub(super) fn fill_loop(&mut self, closure: ClosureRef, span: Span) {
+    pub(super) fn fill_loop(&mut self, closure: ClosureRef, span: Span) -> Option<Value> {
         let bar = self.bar(closure);
+        let mut given = None;
         self.run_loop(CycleKind::Closure, bar, None, Source::bounded(), |this, item, _| {
             let filled = item.place.and_then(|place| place.base_var()).into_iter().collect();
             let outer = std::mem::replace(&mut this.targets, filled);
             let value = this.inline_closure(closure, &[], span);
             this.targets = outer;
             this.keep_result(closure, &value);
+            given = Some(value);
         });
+        given
     }
 
     /// What a closure is given in each round the loop binds; a counter keeps being one under its parameter's name.

@@ -15,6 +15,7 @@ use crate::types::{Callee, LocalId, TypedBody};
 use cleared::Cleared;
 pub(super) use cleared::clears_all;
 use places::Part;
+use stand_ins::on_parameter;
 pub use stand_ins::{stands_in, stands_in_for_states};
 
 /// How deep calls are followed.
@@ -23,6 +24,15 @@ const MOST_CALLS: u32 = 4;
 /// The fields of `self` that a function may write; `None` if it writes all of it, or hands it to something else.
 pub(super) fn written_fields(program: &Program<'_>, id: FunctionId) -> Option<BTreeSet<String>> {
     Method::new(program, id, &[], 0)?.written()
+}
+
+/// The same of a parameter that a function is lent, where only its fields are named.
+pub(super) fn written_fields_of(program: &Program<'_>, id: FunctionId, number: usize) -> Option<BTreeSet<String>> {
+    let function = on_parameter(program, id, number, 0)?;
+    let bases: BTreeSet<ExprId> = function.body.exprs.iter().filter_map(|expr| field_base(&expr.kind)).collect();
+    let mut named = (0u32..).map(ExprId).take(function.body.exprs.len());
+    let is_whole = |id: ExprId| function.typed.expr_local.get(&id) == Some(&function.itself) && !bases.contains(&id);
+    if named.any(is_whole) { None } else { function.written() }
 }
 
 /// A method's body.
@@ -206,6 +216,13 @@ impl<'p, 'a> Method<'p, 'a> {
             }
             _ => None,
         }
+    }
+}
+
+fn field_base(kind: &ExprKind) -> Option<ExprId> {
+    match kind {
+        ExprKind::Field { base, .. } => Some(*base),
+        _ => None,
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Method, written_fields};
 use crate::flow::Program;
-use crate::index::{FilterSpec, FunctionId, MethodOwner, Ty};
+use crate::index::{Def, FilterSpec, FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
 
 /// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, or it is
@@ -53,6 +53,7 @@ pub fn stands_in_for_states(program: &Program<'_>, function: FunctionId) -> Vec<
         let is_own = |(law, ..): &(FunctionId, usize, usize)| *law == index.origin(function);
         if laws.is_empty()
             || laws.iter().any(is_own)
+            || index.reset_by(&Def::Function(index.origin(function))).is_some()
             || index.state_spec(&ty).is_some_and(|spec| is_reset(spec, &def.name))
         {
             continue;
