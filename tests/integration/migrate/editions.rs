@@ -166,7 +166,7 @@ fn what_an_update_stood_behind_gives_back_what_it_borrows_where_it_did() {
         with_edition(&directory, edition);
         let said = migrate(&directory, &["--all"]);
         said.assert_code(0).assert_stderr("migrated 2 of 2 loops");
-        let text = super::binary(&directory, "level");
+        let text = binary(&directory, "level");
         assert_eq!(text.matches("        };\n    }\n").count(), written, "{text}");
         super::compiled::cargo(&directory, &["check", "--quiet"]);
     }

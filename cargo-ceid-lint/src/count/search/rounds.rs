@@ -28,7 +28,8 @@ impl Run<'_, '_> {
         };
         let own = self.search.with_items(&plain, id);
         // What holds references may hold no more of the instance where it was emptied, or not filled.
-        let is_of_others = !info.items.is_empty() && own.len() == plain.len() && state.unknown.is_none();
+        let is_entered = info.is_entered || matches!(info.rounds, Rounds::Constant(rounds) if rounds > 0);
+        let is_of_others = !is_entered && !info.items.is_empty() && own.len() == plain.len() && state.unknown.is_none();
         if self.search.covers(id) && !is_region && is_of_others {
             for to in rest {
                 self.follow(at, state.clone(), *to);

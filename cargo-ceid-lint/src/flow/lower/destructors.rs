@@ -157,10 +157,17 @@ impl Builder<'_> {
         result
     }
 
+    /// Whether nothing but the value itself has what is in it: what a branch or a call gives has no other name.
+    fn owns(&self, value: &Value, ty: &Ty) -> bool {
+        let whole = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        let whole = whole.map(|whole| self.graph.var(whole));
+        value.is_owned || whole.is_some_and(|whole| whole.name.is_empty() && whole.ty == *ty)
+    }
+
     /// A value that is dropped where its scope ends.
     pub(super) fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
         let ty = self.graph.var(var).ty.clone();
-        if !value.is_owned || !self.has_destructor(&ty) {
+        if !self.owns(value, &ty) || !self.has_destructor(&ty) {
             return;
         }
         let of_same = |guard: &GuardId| {
@@ -190,11 +197,12 @@ impl Builder<'_> {
         }
     }
 
-    /// What drops a value at the end of a scope, if something does.
+    /// What drops a value at the end of a scope, if something does. What was taken out of one that has a name has none of its own.
     pub(super) fn destroyed_by(&self, value: &Value) -> Option<GuardId> {
         let var = value.place.as_ref()?.base_var().filter(|_| value.is_owned)?;
         let id = self.guards_of.get(&var).copied()?;
-        self.graph.guards[id.0 as usize].is_destructor.then_some(id)
+        let guard = &self.graph.guards[id.0 as usize];
+        (guard.is_destructor && guard.holds.contains(&var)).then_some(id)
     }
 
     /// The end of its scope does not drop a value any more.
@@ -207,8 +215,19 @@ impl Builder<'_> {
 
     /// A value that a statement, or a call that does nothing else, drops at once.
     pub(super) fn drop_now(&mut self, expr: ExprId, value: &Value, span: Span) {
-        let Some(place) = value.place.clone().filter(|_| value.is_owned && self.at.is_some()) else { return };
-        if !self.has_destructor(self.ty(expr)) {
+        if self.at.is_none() || !self.has_destructor(self.ty(expr)) {
+            return;
+        }
+        let Some(place) = value.place.clone() else {
+            // What is taken out of something has no name here: `slot.take();`
+            if let ExprKind::MethodCall { receiver, .. } = self.body().expr(expr).kind
+                && let Some(owner) = self.static_place(receiver)
+            {
+                self.drop_unseen(owner, span);
+            }
+            return;
+        };
+        if !self.owns(value, self.ty(expr)) {
             return;
         }
         match self.destroyed_by(value) {
@@ -221,6 +240,15 @@ impl Builder<'_> {
                 }
                 ty => self.drop_parts(&ty, &place, span),
             },
+        }
+    }
+
+    /// What a variable holds is dropped where it is given another value.
+    pub(super) fn drop_overwritten(&mut self, target: ExprId, span: Span) {
+        let Some(place) = self.static_place(target).filter(|place| place.steps.is_empty()) else { return };
+        let guard = place.base_var().and_then(|var| self.guards_of.get(&var));
+        if guard.is_some_and(|guard| self.graph.guards[guard.0 as usize].is_destructor) {
+            self.drop_parts(&self.ty(target).clone(), &place, span);
         }
     }
 

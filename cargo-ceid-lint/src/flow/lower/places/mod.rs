@@ -292,6 +292,7 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
+        self.drop_overwritten(target, span);
         if self.keeps_state(target, value)
             && !self.is_copy(&given)
             && let Some(place) = self.static_place(target)
