@@ -3,7 +3,7 @@
 use super::analyse::{Context, FunctionFacts};
 use super::instances::place_ty;
 use crate::flow::{Effect, IndexKey, Place};
-use crate::index::{Owner, Ty};
+use crate::index::{FunctionId, Owner, Ty};
 
 impl Context<'_> {
     /// Whether an element lies in an owner that the function made for itself and that has more of them than it needs here: no code
@@ -43,6 +43,21 @@ impl Context<'_> {
         let is_own = matches!(place_ty(index, facts.graph, place), Some(Ty::Adt(id, _)) if id == of_impl);
         let uses = self.uses(facts, place);
         is_own && (uses.read || uses.looked_into || uses.written || uses.fed)
+    }
+
+    /// Whether a filter is lent to code that is not its own: it is a value to compute with, as one that is made to ask a controller with
+    /// (`controller.gain(&state)`), or a state of which nothing but the functions that are given it make a filter.
+    pub(super) fn is_lent_as_data(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let (index, graph) = (self.program.index, facts.graph);
+        let is_state = place_ty(index, graph, place).is_some_and(|ty| index.may_be_state(&ty));
+        let has_receiver = |id: &FunctionId| index.function(*id).function.receiver.is_some();
+        let is_it = |other: &Place| facts.aliases.shared_roots(other).iter().all(|root| root == place);
+        graph.nodes.iter().any(|node| {
+            let Effect::Call(site) = &node.effect else { return false };
+            let own = usize::from(site.targets.iter().any(has_receiver));
+            let lent = site.args.iter().skip(own).filter(|arg| !arg.is_moved && (is_state || arg.is_shared));
+            lent.filter_map(|arg| arg.place.as_ref()).any(is_it)
+        })
     }
 
     /// Whether a filter lies in a value that the function makes for itself and only looks at: it holds settings here.
