@@ -3,7 +3,7 @@
 use super::analyse::{Context, FunctionFacts};
 use super::cycles::Instance;
 use super::decide::Decision;
-use super::instances::{follow, inner, known_steps};
+use super::instances::{follow, known_steps};
 use super::search::Search;
 use super::verdict::Verdict;
 use crate::flow::{Cause, ControlFlowGraph, Place, Projection};
@@ -59,29 +59,15 @@ impl Context<'_> {
 }
 
 /// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place: where
-/// it is the trait object itself, those that are filters.
+/// it is the trait object itself, those that are filters. What lies inside a filter is its own law's business.
 pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Ty> {
-    let Some((ty, at)) = known_steps(index, graph, place) else { return Vec::new() };
-    let ty = inner(&ty);
-    if at < place.steps.len() {
-        return may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect();
-    }
-    // What the bounds make a filter is one whatever lies behind them.
     let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
-    if is_filter(&ty) {
-        return Vec::new();
-    }
-    index.types_behind(&ty).iter().filter(|ty| is_filter(ty)).cloned().collect()
-}
-
-/// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.
-/// What lies inside a filter is its own law's business.
-fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
-    if index.filter_spec(ty).is_some() {
-        return Vec::new();
-    }
-    let with_part = |owner: &Ty| Some((owner.clone(), part_of(index, owner, steps)?));
-    index.types_behind(ty).iter().filter_map(with_part).collect()
+    // What the bounds make a filter is one whatever lies behind them.
+    let Some((ty, at)) = known_steps(index, graph, place).filter(|(ty, _)| !is_filter(ty)) else { return Vec::new() };
+    let rest = &place.steps[at..];
+    let has_place =
+        |owner: &&Ty| if rest.is_empty() { is_filter(owner) } else { part_of(index, owner, rest).is_some() };
+    index.types_behind(&ty).iter().filter(has_place).cloned().collect()
 }
 
 /// The type that all of these steps lead to in a type, or in one of those that may stand for a parameter of it. What is made of itself,

@@ -18,6 +18,9 @@ pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", b
 /// What is said of an update that a cycle gives to a copy of its filter.
 pub const OF_COPY: &str = "only a copy of it is updated here, and what the copy learns is lost";
 
+/// How a step begins that says which way of a condition is taken.
+pub const TAKEN: &str = "taken when ";
+
 /// How a gate is told that opens in another one of so many cycles than is claimed for it.
 pub const OTHER_RATE: &str = "this opens in one of ";
 
@@ -191,13 +194,13 @@ fn again(graph: &ControlFlowGraph, before: &[NodeId], node: NodeId) -> &'static 
 
 fn condition_text(text: &str, holds: bool) -> String {
     if let Some(tried) = text.strip_suffix('?') {
-        return format!("taken when `{tried}` {}", if holds { "succeeds" } else { "fails" });
+        return format!("{TAKEN}`{tried}` {}", if holds { "succeeds" } else { "fails" });
     }
     match (text.strip_prefix("let "), holds) {
-        (Some(_), true) => format!("taken when `{text}` matches"),
-        (Some(_), false) => format!("taken when `{text}` does not match"),
-        (None, true) => format!("taken when `{text}`"),
-        (None, false) => format!("taken when `{text}` does not hold"),
+        (Some(_), true) => format!("{TAKEN}`{text}` matches"),
+        (Some(_), false) => format!("{TAKEN}`{text}` does not match"),
+        (None, true) => format!("{TAKEN}`{text}`"),
+        (None, false) => format!("{TAKEN}`{text}` does not hold"),
     }
 }
 

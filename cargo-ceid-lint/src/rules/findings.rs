@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
-use crate::count::{BY_CALL, OF_COPY, OTHER_RATE, WAYS_AGAIN};
+use crate::count::{BY_CALL, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -276,8 +276,13 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("skipped_update")?;
     let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
     let message = format!("{} {verb} not updated{} on a path through this cycle", names(pairs), by_half(cycle, pairs));
+    let place = pairs[0].primary?;
+    // Where no statement skips, the condition stands for what is not taken: it has to say which way that is.
+    let is_condition = |step: &&WitnessStep| step.span == place && step.message.starts_with(TAKEN);
+    let condition = pairs[0].witness.iter().find(is_condition).and_then(|step| step.message.strip_prefix(TAKEN));
+    let when = condition.map(|condition| format!("when {condition}, ")).unwrap_or_default();
     let mut finding =
-        start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
+        start(rule, cycle, pairs, message, place, &format!("{when}this path goes on without updating {them}"));
     let is_lost = |pair: &&Pair| pair.witness.iter().any(|step| step.message == OF_COPY);
     if let Some(Pair { name, .. }) = pairs.iter().copied().find(is_lost) {
         finding.primary.message = format!("this path goes on without the updated copy of `{name}`");

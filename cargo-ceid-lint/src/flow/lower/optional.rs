@@ -170,10 +170,7 @@ impl Builder<'_> {
     /// An option is empty from here on, a cell holds what is made by default.
     pub(super) fn drop_content(&mut self, receiver: ExprId, value: &Value, span: Span) -> Value {
         match value.place.clone() {
-            Some(place) if self.is_optional(receiver) => {
-                self.drop_parts(&self.ty(receiver).peel().clone(), &place, span);
-                self.emptied(place, span);
-            }
+            Some(place) if self.is_optional(receiver) => self.emptied(place, span),
             Some(_) => self.write_whole(value, &Value::default(), span),
             None => {}
         }
