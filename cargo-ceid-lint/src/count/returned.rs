@@ -1,6 +1,6 @@
 //! Bits of what a function gives back on a way: see [`super::outcome::Outcome`].
 
-use crate::flow::{OTHER_HEADS, Program, Subject};
+use crate::flow::{OTHER_HEADS, Program, Subject, has_one_answer};
 use crate::index::{FunctionId, Index, Ty};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
@@ -46,11 +46,12 @@ pub(super) fn of_function(program: &Program<'_>, function: FunctionId, heads: He
     if function.is_async && heads & OTHER != 0 { heads | OTHER } else { heads }
 }
 
-/// The same of a function that updates no filter. One that gives a single head on all its ways stands in for something that is
+/// The same of a function that updates no filter. One that spells a single head at all its ends stands in for something that is
 /// not written yet, or for another build: `fn read(&mut self) -> Option<f32> { self.count += 1; Some(1.0) }`.
 pub(super) fn of_reader(program: &Program<'_>, function: FunctionId, heads: Heads) -> Heads {
-    let is_const = program.index.function(function).function.is_const;
-    if heads.count_ones() == 1 && !is_const { ANY } else { heads }
+    let function = &program.index.function(function).function;
+    let stands_in = || !function.is_const && function.body.as_ref().is_some_and(has_one_answer);
+    if heads.count_ones() == 1 && stands_in() { ANY } else { heads }
 }
 
 /// What a function gives back that ends the run, if it tells by ceid-core's `Flow` whether it wants another cycle.

@@ -31,8 +31,8 @@ pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
 pub use lower::{
-    Told, deciding, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, stands_in_for_states,
-    told,
+    Told, deciding, has_one_answer, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in,
+    stands_in_for_states, told,
 };
 pub use mark::Mark;
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};

@@ -96,7 +96,7 @@ use closures::ClosureRef;
 pub use flags::{is_flag, is_shared_number, reads_shared_number};
 pub(crate) use laws::MAX_DISPATCHED;
 use rustc_hash::{FxHashMap, FxHashSet};
-pub use told::{Told, deciding, told};
+pub use told::{Told, deciding, has_one_answer, told};
 pub use written::{stands_in, stands_in_for_states};
 
 use super::{Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, Node, NodeId, Place, Program, Var};

@@ -61,15 +61,20 @@ pub fn told(body: &Body) -> Told {
 
 /// Whether all ends of a function spell one answer, whatever it does: it stands in for something that is not written yet, or for
 /// another build.
-pub(super) fn has_one_answer(body: &Body) -> bool {
+#[must_use]
+pub fn has_one_answer(body: &Body) -> bool {
     let mut answers: Vec<&str> = Vec::new();
     let mut open = vec![body.root];
-    for expr in &body.exprs {
-        match &expr.kind {
+    let mut ends = vec![body.root];
+    while let Some(id) = ends.pop() {
+        match &body.expr(id).kind {
             ExprKind::Return(Some(value)) => open.push(*value),
-            ExprKind::Return(None) | ExprKind::Try(_) | ExprKind::Closure(_) => return false,
+            ExprKind::Return(None) | ExprKind::Try(_) => return false,
+            // What a closure gives is not what the function gives.
+            ExprKind::Closure(_) => continue,
             _ => {}
         }
+        ends.extend(body.children(id));
     }
     while let Some(id) = open.pop() {
         let answer = match &body.expr(id).kind {
