@@ -26,16 +26,16 @@ impl Run<'_, '_> {
             Some(cause) => State { unknown: Some(self.cause(&cause)), ..state },
             None => state,
         };
-        let own = self.search.with_items(&plain, id);
-        // What holds references may hold no more of the instance where it was emptied, or not filled.
-        let is_entered = info.is_entered || matches!(info.rounds, Rounds::Constant(rounds) if rounds > 0);
-        let is_of_others = !is_entered && !info.items.is_empty() && own.len() == plain.len() && state.unknown.is_none();
-        if self.search.covers(id) && !is_region && is_of_others {
-            for to in rest {
-                self.follow(at, state.clone(), *to);
-            }
-        }
         if self.search.covers(id) && !is_region {
+            let own = self.search.with_items(&plain, id);
+            // What holds references may hold no more of the instance where it was emptied, or not filled.
+            let is_entered = info.is_entered || matches!(info.rounds, Rounds::Constant(rounds) if rounds > 0);
+            let is_of_others = !is_entered && !info.items.is_empty() && own.len() == plain.len();
+            if is_of_others && state.unknown.is_none() {
+                for to in rest {
+                    self.follow(at, state.clone(), *to);
+                }
+            }
             let own = self.names.intern(own);
             // The rounds before the instance's own: their number if it is known, or else any.
             let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
