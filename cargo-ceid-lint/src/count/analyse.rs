@@ -12,7 +12,7 @@ use super::decide::{self, Decision};
 use super::dispatched;
 use super::effort::Effort;
 use super::fields::{Fields, touched_fields, touched_statics, updated_fields};
-use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
+use super::functions::{FunctionKind, called_functions, function_kind, is_law, kept_in_tables, reached_from_cycles};
 use super::generic_cycles;
 use super::given::place_of;
 use super::handles::{self, Handles, Joined};
@@ -55,7 +55,8 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     dispatched::mark(program.index, graphs);
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
-    let called = called_functions(program.index, graphs);
+    let mut called = called_functions(program.index, graphs);
+    called.extend(kept_in_tables(program, graphs));
     let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
     // What is written is judged once, and the loops of its instances for the types that are known.
     let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;

@@ -222,6 +222,17 @@ fn comes_from(graph: &ControlFlowGraph, place: &Place, places: &[&Place]) -> boo
     false
 }
 
+/// What a call is given, but for the filters that it is lent to run them: `while let Some(filter) = row.pop() { step(filter, io); }`
+fn fed_besides(search: &Search<'_>, site: &CallSite) -> Vec<Var> {
+    let Search { graph, program, .. } = *search;
+    let is_run = |var: &Var| {
+        let is_lent = |ty: &Ty| matches!(ty, Ty::Ref(true, of) if program.index.holds_filter(of));
+        is_lent(&graph.var(*var).ty)
+            && site.args.iter().any(|arg| arg.place.as_ref().is_some_and(|place| place.base_var() == Some(*var)))
+    };
+    site.fed.iter().copied().filter(|var| !is_run(var)).collect()
+}
+
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
 pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let Search { graph, aliases, summaries, .. } = *search;
@@ -267,7 +278,7 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
     let at_update = match &graph.node(node).effect {
         Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
-        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
+        Effect::Call(site) => is_fed(&fed_besides(search, site), &site.into) || is_written(&site.from),
         _ => false,
     };
     if at_update {
@@ -331,7 +342,7 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
         Effect::Call(site) => {
-            is_fed(&site.fed, &[])
+            is_fed(&fed_besides(search, site), &[])
                 && receives(aliases, search, site)
                 && is_same(site)
                 && site.targets.iter().any(|target| summaries.get(*target).is_some())

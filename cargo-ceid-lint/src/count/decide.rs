@@ -8,7 +8,7 @@ use super::instances;
 use super::missed::missed;
 use super::oversampled::{fills_in_samples, runs_at_finer_steps};
 use super::own_cycles;
-use super::picked::are_picked_apart;
+use super::picked::{are_chosen_by_rows, are_picked_apart};
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
@@ -107,7 +107,8 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
         return None;
     }
     let (primary, _) = skip_place(search, exploration, end)?;
-    Some(Evidence { primary, witness: steps_inside(search, exploration, end) })
+    let witness = steps_inside(search, exploration, end).into_iter().chain(gates.near_miss(exploration, end)).collect();
+    Some(Evidence { primary, witness })
 }
 
 /// The states of a way, each with the count behind it.
@@ -241,6 +242,12 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
         let (apart, existing): (Vec<&End>, Vec<&End>) =
             certain.into_iter().filter(exists).partition(|end| are_picked_apart(search, &exploration, end));
+        let (by_rows, existing): (Vec<&End>, Vec<&End>) =
+            existing.into_iter().partition(|end| are_chosen_by_rows(search, &exploration, end));
+        if existing.is_empty() && !by_rows.is_empty() {
+            let cause = Cause::Limit("which rows of a table lead to the update is not followed".to_owned());
+            return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+        }
         let Some(end) = shortest(&exploration, existing.into_iter()) else {
             let name = || search.graph.place_name(search.program.index, search.instance);
             let cause = if apart.is_empty() { too_many_conditions() } else { Cause::Index(name()) };
@@ -388,7 +395,8 @@ fn skipped(
             Decision { verdict: Verdict::Gated, gate, ..base }
         }
         Some(end) => {
-            let witness = steps(search, region, exploration, end);
+            let mut witness = steps(search, region, exploration, end);
+            witness.extend(gates.near_miss(exploration, end));
             let place = skip_place(search, exploration, end);
             let primary = place.map(|(primary, _)| primary).or_else(|| loop_left(search, exploration, end));
             let primary = primary.unwrap_or_else(|| head_of(search, region));

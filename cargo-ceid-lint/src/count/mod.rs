@@ -85,4 +85,4 @@ pub use functions::is_cycle_function;
 pub use monomorphise::monomorphise;
 pub use remarks::{Fact, Remark};
 pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict, is_guard_rule};
-pub use witness::{BY_CALL, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
+pub use witness::{BY_CALL, BY_GUARD, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};

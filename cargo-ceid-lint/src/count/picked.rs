@@ -3,7 +3,7 @@
 use super::counts::Count;
 use super::decide::changes;
 use super::search::{End, Exploration, Search};
-use crate::flow::{Effect, IndexKey, LoopId, Place, Projection, Test};
+use crate::flow::{Effect, IndexKey, LoopId, NodeId, Place, Projection, Test};
 
 /// Why an element is updated in a round: the answers to what was asked of it, and whether the loop itself leaves some out.
 struct Picked<'a> {
@@ -30,6 +30,31 @@ pub(super) fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, e
         })
     };
     picked.iter().enumerate().all(is_apart)
+}
+
+/// Whether each update of a way behind the first one is run again by a table whose rows choose it: `for slot in SLOTS { match slot.filter {
+/// … } }`. Rows that the code spells out are known, and each may be for another filter.
+pub(super) fn are_chosen_by_rows(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let graph = search.graph;
+    let updates: Vec<NodeId> = changes(exploration, end)
+        .filter(|(at, after)| exploration.states[*at].count != *after && *after != Count::Zero)
+        .map(|(at, _)| exploration.states[at].node)
+        .collect();
+    let asks_row = |node: NodeId, table: LoopId| {
+        search.branches_before([node]).into_iter().any(|branch| match &graph.node(branch).effect {
+            Effect::Branch(test) => {
+                let mut reads = test.about.reads.iter().filter_map(Place::base_var);
+                graph.is_within(graph.node(branch).in_loop, table)
+                    && reads.any(|var| search.aliases.is_derived(var, &graph.loop_info(table).bound))
+            }
+            _ => false,
+        })
+    };
+    let is_chosen = |node: &NodeId| {
+        let mut tables = graph.loops_around(*node).filter(|id| graph.loop_info(*id).is_table);
+        tables.any(|table| asks_row(*node, table))
+    };
+    updates.len() > 1 && updates.iter().skip(1).all(is_chosen)
 }
 
 /// How the element was picked that a state updates; `None` if all are updated there.

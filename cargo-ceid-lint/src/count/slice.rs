@@ -292,6 +292,8 @@ pub(super) struct Tracked {
     pub(super) subjects: Vec<SubjectId>,
     /// Those that are asked for more than once.
     pub(super) often: BTreeSet<SubjectId>,
+    /// Those that are asked for once, and that callers may ask for as well.
+    pub(super) once: BTreeSet<SubjectId>,
     /// Subjects that would have to be tracked, beyond the limit.
     pub(super) dropped: BTreeSet<SubjectId>,
 }
@@ -421,7 +423,8 @@ pub(super) fn tracked(
     again.extend(again.iter().flat_map(copied).collect::<Vec<_>>());
     let again = Tracked { subjects: again, ..Tracked::default() };
     let often = tests.iter().filter(|(_, count)| **count >= 2).map(|(subject, _)| *subject).collect();
-    let mut tracked = Tracked { subjects: wanted, often, dropped };
+    let once = tests.into_keys().filter(|subject| is_lent(*subject) && !wanted.contains(subject)).collect();
+    let mut tracked = Tracked { subjects: wanted, often, once, dropped };
     tracked.add(again, most);
     tracked.subjects.sort_unstable();
     tracked

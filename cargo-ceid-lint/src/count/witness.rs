@@ -1,11 +1,13 @@
 //! The way that shows a verdict, as labelled steps.
 
+use std::collections::BTreeSet;
+
 use super::counts::Count;
-use super::decide::{head_of, inner_repeat};
+use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, Mark, NodeId, Test};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -24,11 +26,20 @@ pub const TAKEN: &str = "taken when ";
 /// How a gate is told that opens in another one of so many cycles than is claimed for it.
 pub const OTHER_RATE: &str = "this opens in one of ";
 
+/// What is said of a clock that a skipping path sets.
+pub const GOES_ON: &str = " goes on here without it, so that the next step does not cover the gap";
+
+/// What is said of a change of state that keeps a pause from being a mode.
+pub const NO_RESET: &str = " here, and no reset goes with it";
+
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
 
 /// What the update of a guard is called.
-const BY_GUARD: &str = "the guard's update";
+pub const BY_GUARD: &str = "the guard's update";
+
+/// What is said of a loop within the cycle, whose next round comes to the same update again.
+const GOES_ROUND: &str = "this inner loop goes round within the cycle";
 
 /// The way as labelled steps.
 pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
@@ -39,6 +50,11 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let path = exploration.path(end.at);
     let nodes: Vec<NodeId> = path.iter().map(|at| exploration.states[*at].node).collect();
     let updating = search.updating();
+    let told: Vec<NodeId> = changes(exploration, end)
+        .filter(|(at, after)| exploration.states[*at].count != *after)
+        .map(|(at, _)| exploration.states[at].node)
+        .collect();
+    let deciding = search.branches_before(told);
     let mut updates = 0;
     let in_round = skips_in_round(search, exploration, end);
     // What the last step asks, if it is a condition.
@@ -61,6 +77,9 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 updates += 1;
                 let is_by_guard = update.run_by.is_guard();
                 let is_shown = steps.iter().any(|step| step.span == node.span && step.message == BY_GUARD);
+                if is_by_guard && !is_shown {
+                    steps.splice(1..1, guard_made(graph, &nodes[number..]));
+                }
                 let how = match is_by_guard {
                     true if is_shown => format!("{} update{}", ordinal(updates), WAYS_AGAIN[1]),
                     true => BY_GUARD.to_owned(),
@@ -104,7 +123,8 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             }
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
-                let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
+                let is_reason = || deciding.contains(&state.node) || switches(search, state.node, &deciding);
+                let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many && is_reason();
                 // Which of several futures ends first is no question of the code.
                 let is_choice = test.about.is_event && test.subject.is_none() && !test.text.contains(" is ");
                 // A pattern in the rules of a macro is not to be seen where it is called.
@@ -145,7 +165,62 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         }
         asked = asked.filter(|_| steps.len() == said);
     }
+    let again = steps.iter().find(|step| step.message.ends_with(WAYS_AGAIN[0])).map(|step| step.span);
+    if let Some(span) = again.and_then(|place| keyword_around(search, region, &nodes, place)) {
+        let first = steps.iter().skip(1).position(|step| step.span > span).map_or(steps.len(), |at| at + 1);
+        steps.insert(first, WitnessStep { span, message: GOES_ROUND.to_owned() });
+    }
     steps
+}
+
+/// The keyword of the loop within a region whose rounds come to a place again and again.
+fn keyword_around(search: &Search<'_>, region: Region, nodes: &[NodeId], place: Span) -> Option<Span> {
+    let graph = search.graph;
+    let written_out = graph.written_out.iter().filter(|(_, body)| body.contains(place));
+    let innermost = written_out.min_by_key(|(_, body)| body.end - body.start).map(|(keyword, _)| *keyword);
+    let around = || {
+        let node = nodes.iter().find(|id| graph.node(**id).span == place)?;
+        let id = graph.loops_around(*node).next().filter(|id| Region::Loop(*id) != region)?;
+        Some(graph.loop_info(id).keyword)
+    };
+    innermost.or_else(around)
+}
+
+/// Where the guard is made whose updates begin a way.
+fn guard_made(graph: &ControlFlowGraph, way: &[NodeId]) -> Option<WitnessStep> {
+    let guard = way.iter().find_map(|id| match &graph.node(*id).effect {
+        Effect::GuardEnd(guard) => Some(*guard),
+        _ => None,
+    })?;
+    let GuardInfo { span, is_destructor, .. } = &graph.guards[guard.0 as usize];
+    let message = "this guard updates it where it ends".to_owned();
+    (!is_destructor).then_some(WitnessStep { span: *span, message })
+}
+
+/// Whether a branch chooses a value that one of some others asks for: `if is_hot { done = true; }`. The parts of an expression choose
+/// nothing that is not asked for where its value is: `let is_hot = level > 3;`
+fn switches(search: &Search<'_>, at: NodeId, others: &BTreeSet<NodeId>) -> bool {
+    let graph = search.graph;
+    let is_asked = |place: &Place| {
+        others.iter().any(|id| match &graph.node(*id).effect {
+            Effect::Branch(test) => test.about.reads.iter().any(|read| read.overlaps(place)),
+            _ => false,
+        })
+    };
+    let is_chosen = |id: NodeId| match &graph.node(id).effect {
+        Effect::Set(set) | Effect::Write(set) => set.head.is_some() && is_asked(&set.place),
+        _ => false,
+    };
+    let is_value = || graph.node(at).next.iter().all(|next| is_chosen(behind_nothing(graph, *next)));
+    graph.node_ids().any(|id| search.decides(at, id) && is_chosen(id)) && !is_value()
+}
+
+/// The first node from one on at which something happens.
+fn behind_nothing(graph: &ControlFlowGraph, mut at: NodeId) -> NodeId {
+    while let (Effect::Nothing, [next]) = (&graph.node(at).effect, graph.node(at).next.as_slice()) {
+        at = *next;
+    }
+    at
 }
 
 /// What is said of a gate that is claimed to be a rate gate, if it has another ratio.
@@ -165,13 +240,7 @@ fn other_rate(search: &Search<'_>, region: Region, test: &Test) -> Option<String
 /// Whether both ways of a branch go on: what panics otherwise, as `unwrap` does, is no choice.
 fn has_choice(search: &Search<'_>, at: NodeId) -> bool {
     let graph = search.graph;
-    let is_end = |next: &NodeId| {
-        let mut node = graph.node(*next);
-        while let (Effect::Nothing, [next]) = (&node.effect, node.next.as_slice()) {
-            node = graph.node(*next);
-        }
-        matches!(node.effect, Effect::Diverge)
-    };
+    let is_end = |next: &NodeId| matches!(graph.node(behind_nothing(graph, *next)).effect, Effect::Diverge);
     !graph.node(at).next.iter().any(is_end)
 }
 
@@ -184,7 +253,7 @@ pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
 /// written out.
 fn again(graph: &ControlFlowGraph, before: &[NodeId], node: NodeId) -> &'static str {
     let span = graph.node(node).span;
-    let is_written_out = graph.written_out.iter().any(|body| body.contains(span));
+    let is_written_out = graph.written_out.iter().any(|(_, body)| body.contains(span));
     let is_same = |id: &NodeId| {
         let own = graph.node(*id);
         *id == node || is_written_out && own.span == span && matches!(own.effect, Effect::Update(_) | Effect::Call(_))

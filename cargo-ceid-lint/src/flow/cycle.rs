@@ -121,6 +121,8 @@ pub struct LoopInfo {
     pub filled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
+    /// Whether its items are the rows of a table that the code spells out.
+    pub is_table: bool,
     /// Whether its items are the elements of a collection from the first one on, none left out, or its numbers follow one another.
     pub in_order: bool,
     /// Whether it has one round at least.

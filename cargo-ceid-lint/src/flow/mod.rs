@@ -73,8 +73,8 @@ pub struct ControlFlowGraph {
     pub params: Vec<Var>,
     /// The loops; an outer one stands before those inside it.
     pub loops: Vec<LoopInfo>,
-    /// The bodies of loops whose rounds are written out one behind another.
-    pub written_out: Vec<Span>,
+    /// Loops whose rounds are written out one behind another: the keyword and the body of each.
+    pub written_out: Vec<(Span, Span)>,
     /// What branches ask about.
     pub subjects: Vec<Subject>,
     /// The guards.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
-use crate::count::{BY_CALL, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
+use crate::count::{BY_CALL, BY_GUARD, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -219,17 +219,23 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
     let primary = pair.primary?;
     // What runs twice at one place says how it comes there again.
     let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
-    let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or_default();
+    let is_by_hand =
+        |step: &WitnessStep| step.message.starts_with("first update") || step.message.starts_with("second update");
+    let by_guard = pair.witness.iter().find(|step| step.message == BY_GUARD);
+    let is_beside = by_guard.is_some() && pair.witness.iter().any(is_by_hand);
+    let is_last = by_guard.is_some_and(|step| step.span == primary);
+    let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
     let mut finding = start(rule, cycle, &[pair], message, primary, &format!("updated again here{how}"));
     finding.notes.push(format!(
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name
     ));
     finding.helps.push(match siblings.as_slice() {
+        [] if is_beside => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
         [] => "keep one of the updates".to_owned(),
         siblings => format!("update {} here instead", quoted(siblings)),
     });
-    finding.helps.push(GUARD_HELP.to_owned());
+    finding.helps.extend(by_guard.is_none().then(|| GUARD_HELP.to_owned()));
     finding.helps.push(suppression(rule));
     finding.facts.filters.extend(siblings);
     Some(finding)
@@ -299,7 +305,16 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
         "the cycles in which {stands} still are lost: no later step covers them, and the filter's time runs slower than the real one"
     ));
     finding.notes.extend(others(pairs));
-    finding.helps.push(format!("update {them} before the paths part, or reset {them} on the path that skips"));
+    let is_told = |end: &str| pairs.iter().flat_map(|pair| &pair.witness).any(|step| step.message.ends_with(end));
+    finding.helps.push(match () {
+        () if is_told(NO_RESET) => {
+            format!("reset {them} at each such change, as at the others: the pause is a mode then")
+        }
+        () if is_told(GOES_ON) => {
+            format!("update {them} before the paths part, or leave the clock as it is on the path that skips")
+        }
+        () => format!("update {them} before the paths part, or reset {them} on the path that skips"),
+    });
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
     Some(finding)

@@ -16,6 +16,7 @@ mod latch;
 mod lent;
 mod locked;
 mod mode;
+mod near_miss;
 mod own;
 mod parallel;
 mod passed;
@@ -168,28 +169,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return self.of_number(counted_past(self.search, exploration, end)?);
         };
         let way = Way::to(exploration, end, at);
-        let ends_round = self.ends_round(end, at);
-        let gate = match &self.search.graph.node(at).effect {
-            Effect::Branch(test) => self.of_branch(test, at, &way),
-            Effect::Call(site) => match end.state.helper_gate {
-                // The variant that a helper finds may be one of many that its caller makes.
-                Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
-                Some(gate @ (Gate::Mode | Gate::Startup)) => self.gate_left(site, at, gate),
-                Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
-                Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
-                gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),
-            },
-            Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
-            _ => None,
-        };
-        let gate = match ends_round {
-            true => gate,
-            false => gate
-                .or_else(|| self.of_payload(&way))
-                .or_else(|| self.of_pause(&way))
-                .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample))
-                .or_else(|| self.of_remembered(&way)),
-        };
+        let gate = self.opening(end, at, &way);
         let waits = gate.filter(|gate| !self.loses_time(*gate, &way)).or_else(|| self.of_element(end, &way));
         if waits.is_some() {
             return waits;
@@ -200,6 +180,32 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Time);
         }
         self.is_measured(&way).then_some(Gate::Measured)
+    }
+
+    /// What the way waits for at the node where it leaves the update, whatever becomes of the filter's time until then.
+    fn opening(&self, end: &End, at: NodeId, way: &Way) -> Option<Gate> {
+        let ends_round = self.ends_round(end, at);
+        let gate = match &self.search.graph.node(at).effect {
+            Effect::Branch(test) => self.of_branch(test, at, way),
+            Effect::Call(site) => match end.state.helper_gate {
+                // The variant that a helper finds may be one of many that its caller makes.
+                Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
+                Some(gate @ (Gate::Mode | Gate::Startup)) => self.gate_left(site, at, gate),
+                Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
+                Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
+                gate => gate.or_else(|| self.of_call(site, at, way, ends_round)),
+            },
+            Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, way)),
+            _ => None,
+        };
+        match ends_round {
+            true => gate,
+            false => gate
+                .or_else(|| self.of_payload(way))
+                .or_else(|| self.of_pause(way))
+                .or_else(|| self.leaves_samples(way).then_some(Gate::Sample))
+                .or_else(|| self.of_remembered(way)),
+        }
     }
 
     /// What a condition waits for; a claimed rate gate must be one of that rate.

@@ -56,7 +56,7 @@ impl Gates<'_, '_> {
                     .base_var()
                     .is_some_and(|var| self.search.graph.loops.iter().any(|info| info.bound.contains(&var)))
         };
-        if reads.iter().any(is_bound) {
+        if reads.iter().any(|place| is_bound(place) || self.is_reading(place)) {
             return false;
         }
         // What is taken out for the iteration pauses nothing.

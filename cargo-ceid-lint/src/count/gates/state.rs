@@ -426,13 +426,16 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a place is a number or flag in a struct that a cycle function is called with, of readings rather than of settings.
-    fn is_reading(&self, place: &Place) -> bool {
+    pub(super) fn is_reading(&self, place: &Place) -> bool {
         let graph = self.search.graph;
         let param = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some());
         let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
             return false;
         };
         let index = self.search.program.index;
+        if is_block(&info.ty) {
+            return true;
+        }
         let says_so = |name: &str| contains_any(name, SETTING_WORDS);
         let is_setting = says_so(&info.name) || says_so(&index.type_name(&info.ty));
         // What lies behind an exclusive reference is a state of the caller's, as the resources of a task are.
@@ -461,5 +464,15 @@ impl Gates<'_, '_> {
                 Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
                 _ => false,
             })
+    }
+}
+
+/// Whether a parameter is a sample or a block of them, which the caller fills anew for each call: `fn process(&mut self, block: &mut [f32])`.
+fn is_block(ty: &Ty) -> bool {
+    let Ty::Ref(_, of) = ty else { return false };
+    match &**of {
+        Ty::Float => true,
+        Ty::Slice(of) | Ty::Array(of, _) => matches!(**of, Ty::Float | Ty::Int),
+        _ => false,
     }
 }

@@ -85,11 +85,12 @@ impl Run<'_, '_> {
             _ => None,
         });
         let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
-        // What is asked of copies of them, too.
+        // What is asked of copies of them, too, and of what their values are made of: `let is_idle = !self.is_on; if is_idle { … }`.
         let followed = self.tracked.subjects.clone();
+        let made_of = self.tracked.once.clone();
         let written = (0u32..).zip(&graph.subjects).filter(|(_, subject)| subject.is_of_callers);
         let written = written.map(|(number, _)| SubjectId(number));
-        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).chain(written).collect();
+        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).chain(written).chain(made_of).collect();
         let mut all: Vec<(SubjectId, bool)> =
             asked.into_iter().map(|id| (id, !search.writers_of(id).is_empty())).collect();
         // States tell callers more than other questions, and what nothing here changes more than what is written.

@@ -189,6 +189,10 @@ impl Builder<'_> {
             && let Some(full) = self.resets(self.called_name(id), resolved, exprs)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
+            // What a partial reset leaves may all be the owner's own, and its parts be reset in full.
+            if !full && self.program.index.has_filters_inside(&resolved.self_ty) {
+                self.emit_call(id, &resolved.targets, exprs, values, None);
+            }
             return self.chained(id, resolved, place);
         }
         if let Some((place, full)) = self.reset_by_function(resolved, values) {

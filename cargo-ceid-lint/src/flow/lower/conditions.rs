@@ -127,6 +127,13 @@ impl Builder<'_> {
                 self.resume(holds);
             }
             ExprKind::Macro(_) | ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Deref(_) => self.truth(id, no),
+            // `for (every, task) in [(1, Task::Fast), (10, Task::Slow)] { if cycle % every == 0 { … } }`
+            ExprKind::Binary { op: op @ ("==" | "!="), lhs, rhs } if self.is_whole_multiple(*lhs, *rhs) => {
+                self.expr(*lhs);
+                if *op == "!=" {
+                    self.jump(no);
+                }
+            }
             ExprKind::Binary { op, lhs, rhs } if matches!(*op, "==" | "!=" | "<" | "<=" | ">" | ">=") => {
                 self.comparison(id, op, *lhs, *rhs, no);
             }
@@ -147,6 +154,14 @@ impl Builder<'_> {
             ExprKind::Call { args, .. }
                 if args.split_first().is_some_and(|(first, more)| self.spoken_condition(id, *first, more, no)) => {}
             _ => self.truth(id, no),
+        }
+    }
+
+    /// Whether two numbers are the same in any case, since all are multiples of one: `n % 1` and `0`.
+    fn is_whole_multiple(&mut self, remainder: ExprId, none: ExprId) -> bool {
+        match self.body().expr(remainder).kind {
+            ExprKind::Binary { op: "%", rhs, .. } => self.number(rhs) == Some(1) && self.number(none) == Some(0),
+            _ => false,
         }
     }
 

@@ -41,7 +41,8 @@ impl<'a> Builder<'a> {
             from.places.extend(computed.places);
             from.calls.extend(computed.calls);
         }
-        let into = self.targets.clone();
+        let mut into = self.targets.clone();
+        into.extend(exprs.iter().filter_map(|arg| self.result_lent(*arg)).collect::<Vec<_>>());
         let keys: Vec<(ExprId, &Value)> = law
             .spec
             .key
@@ -89,6 +90,14 @@ impl<'a> Builder<'a> {
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
+    }
+
+    /// The variable that a law is lent for its result: `gen.tick(&mut frame)`.
+    fn result_lent(&mut self, arg: ExprId) -> Option<Var> {
+        let ExprKind::Reference { mutable: true, value, .. } = self.body().expr(arg).kind else { return None };
+        let var = self.static_place(value)?.base_var()?;
+        let is_own = self.graph.var(var).param.is_none() && !self.program.index.holds_filter(self.ty(value));
+        is_own.then_some(var)
     }
 
     /// The bodies of a law that are followed. Where a type parameter or a trait object decides which of many it is, what lies

@@ -197,15 +197,16 @@ impl Builder<'_> {
                 Shape::Enum(variants) => Some(variants.iter().map(|variant| variant.name.clone()).collect()),
                 Shape::Struct(_) => None,
             },
-            Ty::External(path, _)
-                if path.ends_with("::Option") || path.ends_with("::Result") || path.ends_with("::LockResult") =>
-            {
+            Ty::External(path, _) if WITH_TWO_HEADS.iter().any(|name| path.ends_with(name)) => {
                 Some(vec!["+".to_owned(), "-".to_owned()])
             }
             _ => None,
         }
     }
 }
+
+/// The types of the standard library whose values are one of two: see [`external_head`].
+const WITH_TWO_HEADS: [&str; 5] = ["::Option", "::Result", "::LockResult", "::Poll", "::ControlFlow"];
 
 /// The head of a constructor outside the analysed code.
 pub(super) fn external_head(path: &str) -> Head {

@@ -1,6 +1,6 @@
 //! What the answer of a function is made of, as far as its last expression says: `fn age(&self) -> u32 { millis() - self.begun }`.
 
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatId, PatKind, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
 
 /// What a function's last expression names.
 #[derive(Clone, Debug, Default)]
@@ -63,7 +63,7 @@ pub fn told(body: &Body) -> Told {
 /// another build.
 #[must_use]
 pub fn has_one_answer(body: &Body) -> bool {
-    let mut answers: Vec<&str> = Vec::new();
+    let mut answers: Vec<String> = Vec::new();
     let mut open = vec![body.root];
     let mut ends = vec![body.root];
     while let Some(id) = ends.pop() {
@@ -92,8 +92,17 @@ pub fn has_one_answer(body: &Body) -> bool {
                 continue;
             }
             ExprKind::Return(_) => continue,
-            ExprKind::Literal(Literal::Bool(true)) => "true",
-            ExprKind::Literal(Literal::Bool(false)) => "false",
+            ExprKind::Literal(literal) => {
+                answers.push(literal.spelling());
+                continue;
+            }
+            ExprKind::Negate(value) => match &body.expr(*value).kind {
+                ExprKind::Literal(literal) => {
+                    answers.push(format!("-{}", literal.spelling()));
+                    continue;
+                }
+                _ => return false,
+            },
             ExprKind::Path(path) => path.last(),
             ExprKind::Call { callee, .. } => match &body.expr(*callee).kind {
                 ExprKind::Path(path) => path.last(),
@@ -101,11 +110,10 @@ pub fn has_one_answer(body: &Body) -> bool {
             },
             _ => return false,
         };
-        let is_spelled = matches!(answer, "true" | "false") || answer.starts_with(char::is_uppercase);
-        if !is_spelled {
+        if !answer.starts_with(char::is_uppercase) {
             return false;
         }
-        answers.push(answer);
+        answers.push(answer.to_owned());
     }
     answers.windows(2).all(|pair| pair[0] == pair[1])
 }

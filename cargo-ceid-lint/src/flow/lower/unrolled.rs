@@ -28,7 +28,7 @@ impl Builder<'_> {
         let Some(rounds) = self.written_rounds(pat, iterable, inside) else { return false };
         self.expr(iterable);
         let after = self.add_node(Effect::Nothing, keyword);
-        self.graph.written_out.push(self.span(inside));
+        self.graph.written_out.push((keyword, self.span(inside)));
         for parts in rounds {
             let again = self.add_node(Effect::Nothing, keyword);
             self.push_loop_scope(label, after, again, keyword);
@@ -68,6 +68,9 @@ impl Builder<'_> {
 
     /// What each round of such a loop binds.
     fn written_rounds(&mut self, pat: PatId, iterable: ExprId, inside: ExprId) -> Option<Vec<Round>> {
+        if let PatKind::Reference(pat) = self.body().pat(pat).kind {
+            return self.written_rounds(pat, iterable, inside);
+        }
         let locals = self.locals_of(pat);
         if let [local] = locals.as_slice() {
             let heads = match self.names(iterable) {
@@ -77,9 +80,9 @@ impl Builder<'_> {
             return Some(heads?.into_iter().map(|head| vec![(pat, Some(head), iterable)]).collect());
         }
         let body = self.body();
-        let (PatKind::Tuple(pats), [first, _]) = (&body.pat(pat).kind, locals.as_slice()) else { return None };
-        let [number, item] = pats.as_slice() else { return None };
-        if let ExprKind::MethodCall { receiver, method, .. } = &body.expr(iterable).kind
+        let (PatKind::Tuple(pats), [first, ..]) = (&body.pat(pat).kind, locals.as_slice()) else { return None };
+        if let ([number, item], ExprKind::MethodCall { receiver, method, .. }) =
+            (pats.as_slice(), &body.expr(iterable).kind)
             && method == "enumerate"
             && let Ty::Array(of, length) = self.ty(plain_items(body, *receiver)).peel()
         {
@@ -89,34 +92,37 @@ impl Builder<'_> {
             let round = |at| vec![(*number, Some(at), iterable), (*item, None, iterable)];
             return is_chosen.then(|| numbers.into_iter().map(round).collect());
         }
-        let ExprKind::Array { elements, is_vec: false } = &body.expr(plain_items(body, iterable)).kind else {
-            return None;
+        let rows = self.rows(iterable, pats.len())?;
+        let round = |row: Vec<(Option<Head>, Option<ExprId>)>| {
+            pats.iter().zip(row).map(|(pat, (head, from))| (*pat, head, from.unwrap_or(iterable))).collect::<Round>()
         };
-        let round = |element: &ExprId| match &body.expr(*element).kind {
-            ExprKind::Tuple(parts)
-                if parts.len() == pats.len() && !parts.iter().any(|part| self.may_hold_filter(self.ty(*part))) =>
-            {
-                let head = |part: ExprId| self.constants().head(part).filter(|_| self.names_one(part));
-                Some(pats.iter().zip(parts).map(|(pat, part)| (*pat, head(*part), *part)).collect::<Round>())
-            }
-            _ => None,
-        };
-        let rounds: Vec<Round> = elements.iter().map(round).collect::<Option<_>>()?;
-        let is_short = u64::try_from(rounds.len()).is_ok_and(|len| len <= MAX_ROUNDS);
+        let rounds: Vec<Round> = rows.into_iter().map(round).collect();
         let is_named = |at: usize| {
             let local = self.typed().pat_local.get(&pats[at]);
             local.is_some_and(|local| self.selects(inside, *local)) && rounds.iter().all(|round| round[at].1.is_some())
         };
-        (is_short && (0..pats.len()).any(is_named)).then_some(rounds)
+        (0..pats.len()).any(is_named).then_some(rounds)
     }
 
-    /// Whether an expression is a variant or a text that is written out.
-    fn names_one(&self, id: ExprId) -> bool {
-        matches!(self.typed().expr_def.get(&id), Some(Def::Variant(..)))
-            || matches!(self.body().expr(id).kind, ExprKind::Literal(Literal::Str(_) | Literal::Char(_)))
+    /// The rows of a table of so many columns without filters, written there or in a constant: the name of each part, if it has one, and
+    /// where it is written.
+    fn rows(&self, iterable: ExprId, columns: usize) -> Option<Vec<Vec<(Option<Head>, Option<ExprId>)>>> {
+        let own = self.constants();
+        let items = plain_items(own.body, iterable);
+        if let Some(Def::Value(value)) = own.typed.expr_def.get(&items) {
+            let is_static = self.program.index.value(*value).item.is_static;
+            let written = |own: Constants<'_>| rows_in(own, plain_items(own.body, own.body.root), columns);
+            let rows = in_constant(self.program, *value, written).flatten().filter(|_| !is_static)?;
+            return Some(rows.into_iter().map(|row| row.into_iter().map(|(head, _)| (head, None)).collect()).collect());
+        }
+        let rows = rows_in(own, items, columns)?;
+        let is_data = |(_, part): &(Option<Head>, ExprId)| !self.may_hold_filter(self.ty(*part));
+        rows.iter().flatten().all(is_data).then(|| {
+            rows.into_iter().map(|row| row.into_iter().map(|(head, part)| (head, Some(part))).collect()).collect()
+        })
     }
 
-    /// The names that a loop goes over: variants of an enum, written there or in a constant.
+    /// The names that a loop goes over: variants of an enum, texts or truth values, written there or in a constant.
     fn names(&self, iterable: ExprId) -> Option<Vec<Head>> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
@@ -125,7 +131,20 @@ impl Builder<'_> {
             let written = |own: Constants<'_>| names_in(own, plain_items(own.body, own.body.root));
             return in_constant(self.program, *value, written).flatten().filter(|_| !is_static);
         }
-        names_in(own, items)
+        let is_data = |elements: &&[ExprId]| !elements.iter().any(|element| self.may_hold_filter(self.ty(*element)));
+        elements_in(own, items).filter(is_data).and_then(|_| names_in(own, items))
+    }
+
+    /// Whether a loop goes over a table without filters that is written there or in a constant: its rows are known, and followed where
+    /// their parts have names.
+    pub(super) fn is_table(&self, iterable: ExprId) -> bool {
+        let own = self.constants();
+        let items = plain_items(own.body, iterable);
+        let is_written = match own.typed.expr_def.get(&items) {
+            Some(Def::Value(value)) => !self.program.index.value(*value).item.is_static,
+            _ => matches!(own.body.expr(items).kind, ExprKind::Array { is_vec: false, .. }),
+        };
+        is_written && !self.may_hold_filter(self.ty(items))
     }
 
     /// The first number and how many there are, if a loop goes over variants, written there or in a constant, whose numbers are in a
@@ -168,9 +187,15 @@ impl Builder<'_> {
             ExprKind::Index { index, .. } => body.within(*index).any(|id| is_it(&id)),
             _ => false,
         };
+        let asks_truth = |condition: ExprId| match &body.expr(condition).kind {
+            ExprKind::Not(value) => is_it(value),
+            ExprKind::Binary { op: "&&" | "||", lhs, rhs } => is_it(lhs) || is_it(rhs),
+            _ => is_it(&condition),
+        };
         let asks = |id: &ExprId| match &body.expr(*id).kind {
             ExprKind::Match { scrutinee: asked, .. } | ExprKind::Let { value: asked, .. } => is_it(asked),
             ExprKind::Binary { op: "==" | "!=", lhs, rhs } => is_it(lhs) || is_it(rhs),
+            ExprKind::If { condition, .. } => asks_truth(*condition),
             ExprKind::MethodCall { args, .. } | ExprKind::Call { args, .. } => args.iter().any(|arg| {
                 let Some(Callee::Resolved(resolved)) = self.typed().callees.get(id) else { return false };
                 is_it(arg) && resolved.targets.iter().any(|target| self.asks_for(*target, self.ty(*arg)))
@@ -217,15 +242,45 @@ pub(super) fn plain(body: &Body, id: ExprId) -> ExprId {
     }
 }
 
-/// The names in an array, if they are all variants.
+/// The names in an array, if they are all variants, texts or truth values. Numbers are names only where each is asked for.
 fn names_in(own: Constants<'_>, items: ExprId) -> Option<Vec<Head>> {
-    let ExprKind::Array { elements, is_vec: false } = &own.body.expr(items).kind else { return None };
-    let name = |id: &ExprId| {
-        let is_variant = matches!(own.typed.expr_def.get(id), Some(Def::Variant(..)));
-        own.head(*id).filter(|_| is_variant)
+    let is_number = |id: &ExprId| matches!(own.body.expr(*id).kind, ExprKind::Literal(Literal::Int(..)));
+    let name = |id: &ExprId| own.head(*id).filter(|_| names_one(own, *id) && !is_number(id));
+    let elements = elements_in(own, items)?;
+    elements.iter().map(name).collect::<Option<Vec<Head>>>().filter(|names| !names.is_empty())
+}
+
+/// The rows in an array of tuples of so many parts: the name of each part, if it has one.
+fn rows_in(own: Constants<'_>, items: ExprId, columns: usize) -> Option<Vec<Vec<(Option<Head>, ExprId)>>> {
+    let row = |element: &ExprId| match &own.body.expr(*element).kind {
+        ExprKind::Tuple(parts) if parts.len() == columns => {
+            let head = |part: ExprId| own.head(part).filter(|_| names_one(own, part));
+            Some(parts.iter().map(|part| (head(*part), *part)).collect())
+        }
+        _ => None,
     };
-    let is_short = u64::try_from(elements.len()).is_ok_and(|len| len <= MAX_ROUNDS);
-    elements.iter().map(name).collect::<Option<Vec<Head>>>().filter(|names| is_short && !names.is_empty())
+    elements_in(own, items)?.iter().map(row).collect()
+}
+
+/// The elements of an array that is written out, if they are few.
+fn elements_in<'a>(own: Constants<'a>, items: ExprId) -> Option<&'a [ExprId]> {
+    let ExprKind::Array { elements, is_vec: false } = &own.body.expr(items).kind else { return None };
+    u64::try_from(elements.len()).is_ok_and(|len| len <= MAX_ROUNDS).then_some(elements.as_slice())
+}
+
+/// Whether an expression is a variant, a number, a text or a truth value that is written out.
+fn names_one(own: Constants<'_>, id: ExprId) -> bool {
+    match &own.body.expr(id).kind {
+        ExprKind::Literal(literal) => {
+            matches!(literal, Literal::Str(_) | Literal::Char(_) | Literal::Bool(_) | Literal::Int(..))
+        }
+        ExprKind::Call { callee, .. } => names_one(own, *callee),
+        _ => match own.typed.expr_def.get(&id) {
+            Some(Def::Variant(..)) => true,
+            Some(Def::External(path)) => matches!(path.rsplit("::").next(), Some("Some" | "None")),
+            _ => false,
+        },
+    }
 }
 
 /// The first number of the variants in an array, and how many they are, if each has the next number.

@@ -128,6 +128,7 @@ impl Builder<'_> {
             filled: Vec::new(),
             over: None,
             passes_over: false,
+            is_table: false,
             in_order: false,
             drains: false,
             is_entered: false,
@@ -351,6 +352,7 @@ impl Builder<'_> {
             this.note_lent_to_rounds(this_loop, iterable);
             this.note_mirrored(this_loop, body);
             this.graph.loops[this_loop.0 as usize].is_lent = this.is_lent_iterator(iterable);
+            this.graph.loops[this_loop.0 as usize].is_table = this.is_table(iterable);
             if is_mapped {
                 let names = this.vars_of(pat);
                 this.derive(&names, iterable);
