@@ -1,6 +1,7 @@
 //! Conditions that change once or never: latches and settings.
 
 use super::{Gates, Way, contains_any};
+use crate::count::cycles::named;
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::flow::{
@@ -250,7 +251,17 @@ impl Gates<'_, '_> {
         }
         // What a closure gives is another value each time, and it is called by the name of its variable.
         let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
-        graph.computed.get(&var).is_some_and(|computed| {
+        // `let settings = shared.clone(); if settings.is_on { … }`
+        let is_data = |place: &Place| self.ty(place).is_some_and(|ty| self.search.program.index.is_plain(ty.peel()));
+        let computed = graph.computed.get(&var);
+        if let Some(Computed { places, calls }) = computed.filter(|_| self.assigns(only, &whole))
+            && let ([from], true) = (named(places).as_slice(), calls.iter().all(|name| name == "clone"))
+            && !calls.is_empty()
+            && is_data(from)
+        {
+            return self.is_invariant(&from.join(&place.steps), copies + 1);
+        }
+        computed.is_some_and(|computed| {
             // Of `self.limit`, `self` is noted as well.
             let is_part = |owner: &Place, part: &Place| {
                 part.base == owner.base && part.steps.len() > owner.steps.len() && part.steps.starts_with(&owner.steps)
