@@ -200,11 +200,11 @@ fn function_facts<'a>(
 
 /// The filters that are or lie at a place.
 pub(super) fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
-    let roots = aliases.parts(place).into_iter().map(|(_, root)| root);
+    let roots = aliases.roots(place).into_iter();
     let of_root = |root: Place| {
         let ty = place_ty(index, graph, &root);
         let found = ty.map(|ty| leaves(index, &ty)).unwrap_or_default().into_iter();
-        found.flat_map(|leaf| aliases.roots(&root.join(&leaf.steps))).collect::<Vec<_>>()
+        found.map(|leaf| root.join(&leaf.steps)).collect::<Vec<_>>()
     };
     roots.flat_map(of_root).collect()
 }

@@ -35,15 +35,10 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
     };
     // A helper is told by a constant with a name, which another build may have otherwise, not to update.
     let is_switched_off = |end: &End| end.kind != EndKind::Completes || end.state.helper_gate == Some(Gate::Config);
-    // What every way resets is discharged, whether or not something updates it elsewhere.
-    let is_discharged = |end: &End| end.kind != EndKind::Completes || end.state.reset;
     match (&base.cause, completes) {
         (Some(_), _) => base,
         (None, true) if !exploration.limit && exploration.ends.iter().all(is_switched_off) => {
             Decision { verdict: Verdict::Gated, gate: Some(Gate::Config), primary: None, ..base }
-        }
-        (None, true) if !exploration.limit && exploration.ends.iter().all(is_discharged) => {
-            Decision { verdict: Verdict::OnceOrReset, primary: None, ..base }
         }
         (None, true) => missed(search, region, head, base),
         // Only a path that completes owes an update.

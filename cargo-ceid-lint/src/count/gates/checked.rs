@@ -39,7 +39,12 @@ impl Gates<'_, '_> {
         let Some(made_by) = made_by else { return false };
         self.fed().places.iter().any(|fed| {
             fed.base_var().is_some_and(|other| {
-                let is_same = || graph.computed.get(&other).is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places);
+                let is_same = || {
+                    graph
+                        .computed
+                        .get(&other)
+                        .is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
+                };
                 other == var || graph.read_at.get(&var) == graph.read_at.get(&other) && is_same()
             })
         })

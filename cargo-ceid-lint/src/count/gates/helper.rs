@@ -96,6 +96,7 @@ impl Gates<'_, '_> {
                     true => subject.map_or(&test.about.reads, |subject| &subject.reads),
                     false => &told,
                 };
+                let reads: Vec<Place> = reads.iter().map(|place| self.asked_of(test, place)).collect();
                 let is_kept = |place: &Place| readable(self.taken_from(place)).is_some();
                 let is_pure = subject.is_some() && reads.iter().all(is_copy) && reads.iter().all(is_kept);
                 // What counts may be changed here as well.

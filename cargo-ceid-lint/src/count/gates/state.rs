@@ -178,7 +178,18 @@ impl Gates<'_, '_> {
         let mut asked = [Some(&test.about.reads), subject.map(|subject| &subject.reads)].into_iter().flatten();
         subject.is_none_or(|subject| subject.reads.iter().all(is_named))
             && !self.compares_what_laws_make(test)
-            && asked.any(|reads| !reads.is_empty() && reads.iter().all(|place| self.is_invariant(place, 0)))
+            && asked.any(|reads| {
+                !reads.is_empty() && reads.iter().all(|place| self.is_invariant(&self.asked_of(test, place), 0))
+            })
+    }
+
+    /// What a condition asks of a place: of a collection of filters nothing but its length, which their updates leave as it is.
+    pub(super) fn asked_of(&self, test: &Test, place: &Place) -> Place {
+        let is_length = test.about.length.as_ref().is_some_and(|asked| asked.of == *place);
+        match self.ty(place).filter(|_| is_length) {
+            Some(ty) if self.search.program.index.holds_filter(&ty) => place.length(),
+            _ => place.clone(),
+        }
     }
 
     /// Whether an option is asked for that was made before the loop and stays as it is: `if let Some(limit) = limit { … }`.

@@ -279,7 +279,7 @@ impl Builder<'_> {
             self.body().expr(expr).kind,
             ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Struct { .. } | ExprKind::Tuple(_)
         );
-        if is_made && value.is_owned && self.destroyed_by(value).is_none() {
+        if is_made && self.owns(value, self.ty(expr)) && self.destroyed_by(value).is_none() {
             self.drop_now(expr, value, self.span(expr));
         }
     }
