@@ -183,10 +183,11 @@ impl Gates<'_, '_> {
             })
     }
 
-    /// What a condition asks of a place: of a collection of filters nothing but its length, which their updates leave as it is.
+    /// What a condition asks of a place: of a collection of other filters nothing but its length, which their updates leave as it is.
+    /// The filters of a collection that is left alone for its own length stand still.
     pub(super) fn asked_of(&self, test: &Test, place: &Place) -> Place {
         let is_length = test.about.length.as_ref().is_some_and(|asked| asked.of == *place);
-        match self.ty(place).filter(|_| is_length) {
+        match self.ty(place).filter(|_| is_length && !self.is_instance(place)) {
             Some(ty) if self.search.program.index.holds_filter(&ty) => place.length(),
             _ => place.clone(),
         }
