@@ -136,13 +136,14 @@ pub(super) fn inner_repeat<'s>(
     }
 }
 
-/// Whether only guards would update the filter, and each of them that was to do it never ends.
+/// Whether only guards and destructors would update the filter, and each of them that was to do it never ends.
 fn is_let_go(search: &Search<'_>) -> bool {
     let updating = search.updating();
     !updating.is_empty()
         && updating.into_iter().all(|at| match &search.graph.node(at).effect {
             Effect::Update(update) => update.run_by.is_guard(),
             Effect::GuardEnd(_) => true,
+            Effect::Call(site) => site.is_destructor(),
             _ => false,
         })
 }

@@ -141,7 +141,7 @@ pub(super) fn lends(index: &Index, graph: &ControlFlowGraph, place: &Place) -> b
 }
 
 /// Whether a place is a task's handle to a resource that tasks share.
-fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+pub(super) fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let ty = match (place.steps.split_last(), place.base) {
         (None, Base::Var(var)) => Some(graph.var(var).ty.clone()),
         (Some((Projection::Field(name), owner)), _) => {

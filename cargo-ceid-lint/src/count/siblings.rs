@@ -1,8 +1,9 @@
 //! Which of the cycles that update something in the same scope owes a filter its update.
 
 use super::analyse::{Context, CycleId, FunctionFacts};
-use super::instances::is_in_given;
+use super::instances::{is_in_given, is_resource};
 use crate::flow::{ControlFlowGraph, LoopId, Place, Rounds};
+use crate::index::Index;
 
 impl Context<'_> {
     /// The cycle that owes an update to what none updates: one that uses it and updates a sibling, one that updates a sibling for ever,
@@ -44,16 +45,25 @@ impl Context<'_> {
                 graph.var(var).param.is_none() || place.steps.is_empty() || is_given()
             })
         };
+        // What a task locks for another part of it is not in scope as a whole.
+        let resource = resource_around(self.program.index, graph, place);
+        let shares_it = |other: &Place| resource.as_ref().is_none_or(|all| other.steps.starts_with(&all.steps));
         facts.updated.iter().any(|instance| {
             let belongs = match id {
                 CycleId::Loop(id) => instance.loops.contains(&id),
                 CycleId::Function => instance.function,
             };
             belongs
-                && ((instance.place.base == place.base && instance.place != *place)
+                && ((instance.place.base == place.base && instance.place != *place && shares_it(&instance.place))
                     || (is_local(&instance.place) && is_local(place)))
         })
     }
+}
+
+/// The resource of several tasks of which a place is a part.
+fn resource_around(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Place> {
+    let mut owners = (0..place.steps.len()).map(|at| Place { base: place.base, steps: place.steps[..at].to_vec() });
+    owners.find(|owner| is_resource(index, graph, owner))
 }
 
 /// Whether a loop is one of a thread or task that begins in the function.

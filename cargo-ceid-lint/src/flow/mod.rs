@@ -357,7 +357,16 @@ pub struct CallSite {
     pub from: Computed,
 }
 
+/// What the call of a destructor is spelt as that runs where the source has no call.
+pub(crate) const DESTRUCTOR: &str = "drop";
+
 impl CallSite {
+    /// Whether no call in the source runs it, but the end of a value.
+    #[must_use]
+    pub fn is_destructor(&self) -> bool {
+        self.text == DESTRUCTOR
+    }
+
     /// Where the result has the state that is handed through, and where it was before.
     #[must_use]
     pub fn handed(&self) -> Option<(&Place, &Place)> {

@@ -39,6 +39,17 @@ pub enum LengthBound {
     Held(Place),
 }
 
+/// The name of the part of a collection of filters that its length is: no field has it.
+const LENGTH: &str = "len()";
+
+impl Place {
+    /// The length of the collection at this place.
+    #[must_use]
+    pub fn length(&self) -> Self {
+        self.field(LENGTH)
+    }
+}
+
 impl Resized {
     /// What a method of that name does to what it is called on, whatever it is given; `None` if that is not known.
     #[must_use]

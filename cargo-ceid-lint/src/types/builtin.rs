@@ -436,7 +436,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,
         "push" | "push_back" | "push_front" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse"
-        | "extend" | "resize" | "resize_with" => Ty::unit(),
+        | "extend" | "extend_from_slice" | "append" | "resize" | "resize_with" => Ty::unit(),
         _ => return None,
     })
 }

@@ -319,9 +319,9 @@ impl Infer<'_> {
                 self.variables.unify(param, found);
             }
         }
-        if let ("extend", Some(from)) = (method, given.first()) {
-            let item = self.item_ty(from);
-            // Of shared references, their values may be copied.
+        if let ("extend" | "extend_from_slice" | "append", Some(from)) = (method, given.first()) {
+            // Of shared references, their values may be copied; of what is lent as a whole, clones or the elements themselves go in.
+            let item = self.item_ty(if method == "extend" { from } else { from.peel() });
             if !matches!(item, Ty::Ref(false, _)) {
                 self.collect_into(&receiver, &item);
             }

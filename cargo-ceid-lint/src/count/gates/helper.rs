@@ -13,7 +13,7 @@ use crate::flow::{
     CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
     SubjectId, Transfer, is_receiving, is_receiving_something, is_waiting,
 };
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 
 /// Something of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,6 +96,7 @@ impl Gates<'_, '_> {
                     true => subject.map_or(&test.about.reads, |subject| &subject.reads),
                     false => &told,
                 };
+                let reads: Vec<Place> = reads.iter().map(|place| self.asked_of(test, place)).collect();
                 let is_kept = |place: &Place| readable(self.taken_from(place)).is_some();
                 let is_pure = subject.is_some() && reads.iter().all(is_copy) && reads.iter().all(is_kept);
                 // What counts may be changed here as well.
@@ -191,6 +192,26 @@ impl Gates<'_, '_> {
             found = found.or(Some(gate));
         }
         found
+    }
+
+    /// Whether the type that callers choose decides whether a call updates: some of the bodies always do, and the others never.
+    pub(super) fn is_chosen_by_type(&self, site: &CallSite) -> bool {
+        let receiver = site.args.first().and_then(|arg| arg.place.as_ref());
+        let is_of_callers = receiver.is_some_and(|place| matches!(self.ty(place), Some(Ty::Param(_))));
+        let updates = |target: &FunctionId| {
+            let summary = self.search.summaries.get(*target)?;
+            let is_own = |given: &Given| place_of(given, site).is_some_and(|place| self.is_instance(&place));
+            let own = summary.outcomes(self.search.law).filter(|(given, _)| is_own(given));
+            let counts: Vec<Option<Count>> = own
+                .flat_map(|(_, outcomes)| outcomes)
+                .map(|outcome| Some(outcome.count).filter(|_| outcome.unknown.is_none()))
+                .collect();
+            let is_never = counts.iter().all(|count| *count == Some(Count::Zero));
+            let is_always = counts.iter().all(|count| count.is_some_and(|count| count != Count::Zero));
+            (is_never || is_always).then_some(!is_never)
+        };
+        let all: Option<Vec<bool>> = site.targets.iter().map(updates).collect();
+        is_of_callers && all.is_some_and(|all| all.contains(&true) && all.contains(&false))
     }
 
     /// Whether a number changes between the calls of a helper that asks for its remainder, and not to one that was read just now.

@@ -3,6 +3,7 @@
 mod arms;
 mod by_laws;
 mod carried;
+mod checked;
 mod chosen;
 mod counted;
 mod elapsed;
@@ -193,7 +194,9 @@ impl<'s, 'a> Gates<'s, 'a> {
                 Some(gate @ (Gate::Mode | Gate::Startup)) => self.gate_left(site, at, gate),
                 Some(Gate::Rate | Gate::Time) if !self.leaves_recalled(site, at, end.state.helper_gate) => None,
                 Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
-                gate => gate.or_else(|| self.of_call(site, at, way, ends_round)),
+                gate => gate
+                    .or_else(|| self.of_call(site, at, way, ends_round))
+                    .or_else(|| self.is_chosen_by_type(site).then_some(Gate::Config)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, way)),
             _ => None,
@@ -336,7 +339,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
-        if self.lacks_reading(test, at, way) {
+        if self.lacks_reading(test, at, way) || self.rejects_sample(test) {
             return Some(Gate::Sample);
         }
         if self.is_taken(test) {

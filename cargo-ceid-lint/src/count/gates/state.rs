@@ -1,6 +1,7 @@
 //! Conditions that change once or never: latches and settings.
 
 use super::{Gates, Way, contains_any};
+use crate::count::cycles::named;
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::flow::{
@@ -177,7 +178,19 @@ impl Gates<'_, '_> {
         let mut asked = [Some(&test.about.reads), subject.map(|subject| &subject.reads)].into_iter().flatten();
         subject.is_none_or(|subject| subject.reads.iter().all(is_named))
             && !self.compares_what_laws_make(test)
-            && asked.any(|reads| !reads.is_empty() && reads.iter().all(|place| self.is_invariant(place, 0)))
+            && asked.any(|reads| {
+                !reads.is_empty() && reads.iter().all(|place| self.is_invariant(&self.asked_of(test, place), 0))
+            })
+    }
+
+    /// What a condition asks of a place: of a collection of other filters nothing but its length, which their updates leave as it is.
+    /// The filters of a collection that is left alone for its own length stand still.
+    pub(super) fn asked_of(&self, test: &Test, place: &Place) -> Place {
+        let is_length = test.about.length.as_ref().is_some_and(|asked| asked.of == *place);
+        match self.ty(place).filter(|_| is_length && !self.is_instance(place)) {
+            Some(ty) if self.search.program.index.holds_filter(&ty) => place.length(),
+            _ => place.clone(),
+        }
     }
 
     /// Whether an option is asked for that was made before the loop and stays as it is: `if let Some(limit) = limit { … }`.
@@ -250,7 +263,17 @@ impl Gates<'_, '_> {
         }
         // What a closure gives is another value each time, and it is called by the name of its variable.
         let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
-        graph.computed.get(&var).is_some_and(|computed| {
+        // `let settings = shared.clone(); if settings.is_on { … }`
+        let is_data = |place: &Place| self.ty(place).is_some_and(|ty| self.search.program.index.is_plain(ty.peel()));
+        let computed = graph.computed.get(&var);
+        if let Some(Computed { places, calls }) = computed.filter(|_| self.assigns(only, &whole))
+            && let ([from], true) = (named(places).as_slice(), calls.iter().all(|name| name == "clone"))
+            && !calls.is_empty()
+            && is_data(from)
+        {
+            return self.is_invariant(&from.join(&place.steps), copies + 1);
+        }
+        computed.is_some_and(|computed| {
             // Of `self.limit`, `self` is noted as well.
             let is_part = |owner: &Place, part: &Place| {
                 part.base == owner.base && part.steps.len() > owner.steps.len() && part.steps.starts_with(&owner.steps)

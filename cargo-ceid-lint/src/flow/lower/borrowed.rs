@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use rustc_hash::FxHashSet;
 
 use super::{Builder, Value};
-use crate::flow::{Effect, IndexKey, NodeId, Resized};
+use crate::flow::{Assignment, Effect, IndexKey, NodeId, Resized};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, Receiver, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
@@ -172,6 +172,24 @@ impl Builder<'_> {
         self.graph.resized.extend(writing.into_iter().map(|id| (id, Resized::Kept)));
     }
 
+    /// A collection of filters that gets another length is written, and none of the filters in it.
+    pub(super) fn note_filters_resized(&mut self, id: ExprId, receiver: ExprId, method: &str) {
+        let ty = self.ty(receiver).peel();
+        let is_resized = changes_receiver(method) && Resized::by(method) != Some(Resized::Kept);
+        if self.at.is_none()
+            || !is_resized
+            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
+            || !ty.external_name().is_some_and(|name| GROWING.iter().any(|end| name.ends_with(end)))
+            || !self.may_hold_filter(ty)
+        {
+            return;
+        }
+        if let Some(place) = self.static_place(receiver) {
+            let write = Assignment { rebinds: false, ..super::parts::given_to(place.length(), None) };
+            self.emit(Effect::Write(Box::new(write)), self.span(id));
+        }
+    }
+
     /// What taking a range out of a collection does to its length: `frame.drain(..4)`.
     fn drained_length(&mut self, range: ExprId) -> Option<Resized> {
         let ExprKind::Range { start, end, inclusive } = self.body().expr(range).kind else { return None };
@@ -191,6 +209,9 @@ impl Builder<'_> {
         }
     }
 }
+
+/// How the names of collections end that get longer and shorter.
+const GROWING: &[&str] = &["Vec", "Deque", "Map", "Set", "List", "Heap"];
 
 /// Whether a method of that name only reads what it is called on, as those of the standard library do.
 pub(super) fn only_reads(method: &str) -> bool {

@@ -79,7 +79,7 @@ impl Builder<'_> {
     }
 
     /// Whether a value of the type may be a guard or own one.
-    fn has_guard(&self, ty: &Ty, depth: u32) -> bool {
+    pub(super) fn has_guard(&self, ty: &Ty, depth: u32) -> bool {
         let index = self.program.index;
         let is_in = |inner: &Ty| self.has_guard(inner, depth + 1);
         if depth > MAX_DEPTH || self.is_guard_ty(ty) {

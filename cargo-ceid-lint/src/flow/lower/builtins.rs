@@ -78,6 +78,7 @@ impl Builder<'_> {
                 {
                     let part = place.element(IndexKey::Data("the new elements".into()));
                     let each = Value { place: Some(from.element(IndexKey::Each)), ..given.clone() };
+                    let each = self.put_in_each(method, each, *arg);
                     self.place_part(part, &each, *arg);
                 }
                 Value::default()

@@ -91,6 +91,7 @@ impl Builder<'_> {
         if value.same_as.is_some() && self.option_taken(id).is_some() {
             return value;
         }
+        self.note_filters_resized(id, receiver, method);
         if super::borrowed::changes_receiver(method)
             && !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
             && !self.may_hold_filter(self.ty(receiver))

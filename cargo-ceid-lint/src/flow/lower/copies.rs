@@ -68,6 +68,19 @@ impl Builder<'_> {
         Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
     }
 
+    /// What a collection gets of each element of another one: the element itself, or a copy or clone of what is only lent.
+    pub(super) fn put_in_each(&mut self, method: &str, each: Value, from: ExprId) -> Value {
+        if method == "append" {
+            return Value { is_owned: true, leaves_by: Some(Transfer::Move), ..each };
+        }
+        match self.ty(from).peel().element().cloned() {
+            Some(ty) if !each.is_owned && !self.program.index.may_share_filter(&ty) => {
+                self.copy_of(&each, ty, self.span(from))
+            }
+            _ => each,
+        }
+    }
+
     /// Whether a value is a copy of another one, which is followed.
     pub(super) fn is_copy(&self, value: &Value) -> bool {
         let is_made = |node: &Node| matches!(&node.effect, Effect::Set(set) if set.transfer == Transfer::Copy && Some(&set.place) == value.place.as_ref());

@@ -40,6 +40,12 @@ impl Builder<'_> {
                 }
                 return Value::default();
             }
+            "std::mem::ManuallyDrop::drop" => {
+                for (arg, value) in args.iter().zip(self.values(args)) {
+                    self.drop_by_hand(*arg, &value, span);
+                }
+                return Value::default();
+            }
             "std::mem::forget" => {
                 if let Some(arg) = args.first() {
                     let value = self.expr(*arg);

@@ -97,7 +97,7 @@ impl Builder<'_> {
         }
     }
 
-    fn lose(&mut self, id: ExprId, guard: GuardId) {
+    pub(super) fn lose(&mut self, id: ExprId, guard: GuardId) {
         let span = self.span(id);
         let places = self.graph.guards[guard.0 as usize].holds.iter().copied().map(Place::var).collect();
         let cause = Cause::Code("where its guard goes".to_owned());

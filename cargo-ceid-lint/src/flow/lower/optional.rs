@@ -52,10 +52,26 @@ impl Builder<'_> {
             }
         }
         self.end_branch(&join, &Value { head: Some("+".to_owned()), ..payload }, span);
-        for none in [left_out, absent] {
-            self.end_absent(&join, none, span);
-        }
+        self.resume_if_reached(left_out);
+        self.drop_left_out(receiver, value, span);
+        self.end_branch(&join, &nothing(), span);
+        self.end_absent(&join, absent, span);
         self.close_join(&join)
+    }
+
+    /// What a closure leaves out is dropped, if it has no name.
+    fn drop_left_out(&mut self, option: ExprId, value: &Value, span: Span) {
+        let content = match self.ty(option) {
+            Ty::External(_, args) => args.first().cloned(),
+            _ => None,
+        };
+        if let (Some(ty), Some(place)) = (content, value.place.clone())
+            && self.at.is_some()
+            && value.is_owned
+            && self.destroyed_by(value).is_none()
+        {
+            self.drop_parts(&ty, &place, span);
+        }
     }
 
     /// A path on which the value is absent ends here.
@@ -294,8 +310,13 @@ impl Builder<'_> {
     /// Ends a branch on which nothing is there.
     fn end_absent(&mut self, join: &super::values::Join, at: NodeId, span: Span) {
         self.resume_if_reached(at);
-        self.end_branch(join, &Value { head: Some("-".to_owned()), ..Value::default() }, span);
+        self.end_branch(join, &nothing(), span);
     }
+}
+
+/// The value of an option in which there is nothing.
+fn nothing() -> Value {
+    Value { head: Some("-".to_owned()), ..Value::default() }
 }
 
 /// Whether a closure's code can be left before its end, or waits.

@@ -58,6 +58,7 @@ impl Builder<'_> {
             self.open_block();
             let bound_from = self.graph.nodes.len();
             self.test_pattern(arm.pat, &own, next);
+            self.leave_by_arm(arm.pat, scrutinee, &own.value, span);
             if matches!(self.body().pat(arm.pat).kind, PatKind::Bind { .. }) {
                 self.note_copy(scrutinee);
             }
@@ -226,6 +227,7 @@ impl Builder<'_> {
         about.is_event |= is_event_source(&about) && self.asks_what_came(pat);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
+        self.leave_by_condition(pat, expr, value, span);
         let (value, ty) = (value.clone(), self.ty(expr).clone());
         let matched = Matched { value, pure, total, about, text, span: Some(span), expr: Some(expr), ty };
         self.test_pattern(pat, &matched, no);

@@ -70,6 +70,7 @@ pub(super) fn received_by<'a>(own: Constants<'a>, call: ExprId) -> Option<&'a st
     let gives_message = || is_message(*own.program, own.typed.ty(call));
     let has_no_body = |target: &FunctionId| own.program.index.function(*target).function.body.is_none();
     match own.typed.callees.get(&call)? {
+        _ if polls_messages(own, call) => Some("poll_event"),
         Callee::Parameter(_) if gives_message() => Some("recv"),
         Callee::Resolved(resolved) if resolved.targets.iter().all(has_no_body) => {
             let is_next = matches!(&own.body.expr(call).kind, ExprKind::MethodCall { method, .. } if method == "next");
@@ -77,6 +78,23 @@ pub(super) fn received_by<'a>(own: Constants<'a>, call: ExprId) -> Option<&'a st
         }
         callee => called(*own.program, callee, 0),
     }
+}
+
+/// `while let Some(event) = poll() { match event { … } }`
+fn polls_messages(own: Constants<'_>, call: ExprId) -> bool {
+    let name = match &own.body.expr(call).kind {
+        ExprKind::MethodCall { method, args, .. } if args.is_empty() => method,
+        ExprKind::Call { callee, args } if args.is_empty() => match &own.body.expr(*callee).kind {
+            ExprKind::Path(path) => path.last(),
+            _ => return false,
+        },
+        _ => return false,
+    };
+    let content = match own.typed.ty(call) {
+        Ty::External(_, args) => args.first(),
+        _ => None,
+    };
+    name == "poll" && content.is_some_and(|content| is_message(*own.program, content))
 }
 
 /// Whether a type is an enum of which some variants carry something, and which no struct keeps as its state.

@@ -211,6 +211,7 @@ impl Builder<'_> {
             return;
         }
         self.bind_pattern(pat, &value);
+        self.leave_by_let(pat, init, &value, span);
         if self.is_presumed_filter(init) {
             self.note_handed(pat);
         }

@@ -274,6 +274,7 @@ impl Builder<'_> {
             ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
             ("once", [only]) if is_std => {
                 let value = self.expr(*only);
+                self.lose_iterated(*only, value.place.iter().filter(|_| value.is_owned).cloned().collect());
                 // What a tuple lends is lent by what the iterator gives: `once((&name, &mut lag))`.
                 let is_lent = !value.is_owned || matches!(self.ty(*only), Ty::Tuple(_));
                 let item = match value.place {

@@ -330,7 +330,8 @@ impl Builder<'_> {
         iterable: ExprId,
         body: ExprId,
     ) -> Value {
-        if self.at.is_some() && self.unrolled(label, keyword, pat, iterable, body) {
+        let is_dropped = self.is_dropped(self.ty(iterable));
+        if self.at.is_some() && !is_dropped && self.unrolled(label, keyword, pat, iterable, body) {
             return Value::default();
         }
         let asked = self.asks_for_round(iterable).filter(|_| self.at.is_some());
@@ -338,6 +339,9 @@ impl Builder<'_> {
         let is_filled = self.is_surely_entered(iterable);
         let mut source = self.source(iterable);
         source.is_filled = is_filled;
+        let mut taken = Vec::new();
+        source.item.lends(&mut taken);
+        self.lose_iterated(iterable, taken);
         if asked.is_some() {
             (source.rounds, source.limits) = (Rounds::Constant(1), Vec::new());
         }

@@ -1,7 +1,9 @@
 //! Values with a destructor of the analysed code in them: where it runs, and where it does not.
 
+mod unbound;
+
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Cause, Effect, GuardId, Place, Var};
+use crate::flow::{Argument, CallSite, Cause, DESTRUCTOR, Effect, GuardId, IndexKey, Place, Var};
 use crate::index::{FunctionId, Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
@@ -16,6 +18,8 @@ const COLLECTIONS: [&str; 6] = ["Vec", "Deque", "Map", "Set", "List", "Heap"];
 struct Destructor {
     function: FunctionId,
     place: Place,
+    /// Its parts that may refer to filters.
+    refers: Vec<Place>,
     /// Whether it runs once for each such value: what a collection or a shared handle holds may be dropped any number of times,
     /// and what an option or a variant would hold may not be there.
     is_certain: bool,
@@ -43,7 +47,8 @@ impl Builder<'_> {
         match ty {
             Ty::Adt(id, _) => {
                 if let Some(function) = self.own_destructor(ty) {
-                    found.push(Destructor { function, place: place.clone(), is_certain: true });
+                    let refers = self.filter_fields(ty).into_iter().map(|(name, _)| place.field(&name)).collect();
+                    found.push(Destructor { function, place: place.clone(), refers, is_certain: true });
                 }
                 let index = self.program.index;
                 let part = |variant: Option<usize>, name: &str| index.field_ty(ty, variant, name);
@@ -75,15 +80,15 @@ impl Builder<'_> {
                 }
             }
             Ty::Array(inner, _) | Ty::Slice(inner) => {
-                self.destructors(inner, place, depth + 1, found);
+                self.destructors(inner, &place.element(IndexKey::Each), depth + 1, found);
                 is_certain = false;
             }
             Ty::External(_, args) => {
                 let name = ty.external_name().unwrap_or("");
                 is_certain = matches!(name, "Box" | "Cell" | "RefCell" | "Mutex" | "RwLock");
-                let owns = is_certain
-                    || matches!(name, "Option" | "Result" | "Rc" | "Arc" | "Pin")
-                    || COLLECTIONS.iter().any(|end| name.ends_with(end));
+                let is_collection = COLLECTIONS.iter().any(|end| name.ends_with(end));
+                let owns = is_certain || matches!(name, "Option" | "Result" | "Rc" | "Arc" | "Pin") || is_collection;
+                let place = if is_collection { &place.element(IndexKey::Each) } else { place };
                 for inner in args.iter().filter(|_| owns) {
                     self.destructors(inner, place, depth + 1, found);
                 }
@@ -123,17 +128,33 @@ impl Builder<'_> {
         self.destructors(ty, place, 0, &mut found);
         for own in found {
             if own.is_certain {
-                self.run_on(own.function, own.place, Ty::unit(), "drop".to_owned(), span);
+                self.run_on(own.function, own.place, Ty::unit(), DESTRUCTOR.to_owned(), span);
             } else {
-                self.drop_unseen(own.place, span);
+                self.unseen([own.place].into_iter().chain(own.refers).collect(), span);
             }
         }
     }
 
     /// When a destructor runs is not known.
-    fn drop_unseen(&mut self, place: Place, span: Span) {
+    fn drop_unseen(&mut self, ty: &Ty, place: Place, span: Span) {
+        let mut found = Vec::new();
+        self.destructors(ty, &place, 0, &mut found);
+        let refers = found.into_iter().flat_map(|own| own.refers);
+        self.unseen([place].into_iter().chain(refers).collect(), span);
+    }
+
+    fn unseen(&mut self, places: Vec<Place>, span: Span) {
         let cause = Cause::Code("when its destructor runs".to_owned());
-        self.emit(Effect::Unknown { places: vec![place], cause }, span);
+        self.emit(Effect::Unknown { places, cause }, span);
+    }
+
+    /// `ManuallyDrop::drop(&mut slot)`
+    pub(super) fn drop_by_hand(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if let (Ty::External(_, args), Some(place)) = (self.ty(expr).peel().clone(), value.place.clone())
+            && self.at.is_some()
+        {
+            args.first().into_iter().for_each(|content| self.drop_unseen(content, place.clone(), span));
+        }
     }
 
     /// A function of the analysed code runs on a place, without a call in the source.
@@ -223,7 +244,7 @@ impl Builder<'_> {
             if let ExprKind::MethodCall { receiver, .. } = self.body().expr(expr).kind
                 && let Some(owner) = self.static_place(receiver)
             {
-                self.drop_unseen(owner, span);
+                self.drop_unseen(&self.ty(expr).clone(), owner, span);
             }
             return;
         };
@@ -233,7 +254,7 @@ impl Builder<'_> {
         match self.destroyed_by(value) {
             Some(guard) if value.leaves_by.is_some() || place.steps.is_empty() => self.end_now(guard, span),
             // Its owner is still dropped at the end of the scope, without it.
-            Some(_) => self.drop_unseen(place, span),
+            Some(_) => self.drop_unseen(&self.ty(expr).clone(), place, span),
             None => match self.ty(expr).clone() {
                 Ty::External(_, args) if value.head.as_deref() == Some("+") && self.is_optional(expr) => {
                     args.first().into_iter().for_each(|content| self.drop_parts(content, &place, span));
@@ -258,7 +279,7 @@ impl Builder<'_> {
             self.body().expr(expr).kind,
             ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Struct { .. } | ExprKind::Tuple(_)
         );
-        if is_made && value.is_owned && self.destroyed_by(value).is_none() {
+        if is_made && self.owns(value, self.ty(expr)) && self.destroyed_by(value).is_none() {
             self.drop_now(expr, value, self.span(expr));
         }
     }
@@ -289,7 +310,7 @@ impl Builder<'_> {
             if !targets.iter().all(drops)
                 && let Some(place) = value.place.clone()
             {
-                self.drop_unseen(place, span);
+                self.drop_unseen(&self.ty(*expr).clone(), place, span);
             }
             if let Some(guard) = self.destroyed_by(value) {
                 self.release(guard, span);
@@ -303,7 +324,7 @@ impl Builder<'_> {
             && self.has_destructor(self.ty(expr))
             && let Some(place) = value.place.clone().filter(|_| value.is_owned)
         {
-            self.drop_unseen(place, self.span(expr));
+            self.drop_unseen(&self.ty(expr).clone(), place, self.span(expr));
         }
     }
 
