@@ -194,6 +194,7 @@ fn project() -> Project {
         cfg: CfgValues::default(),
         roots_left_out: Vec::new(),
         is_member: true,
+        is_default: true,
         is_partly_read: false,
         metadata: None,
     };
