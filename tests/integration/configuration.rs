@@ -403,6 +403,24 @@ fn a_preset_that_is_not_there_is_refused() {
 }
 
 #[test]
+fn a_law_of_a_preset_has_its_spelling_from_there() {
+    let entry = |rest: &str| format!("[[filter]]\ntype = \"pid::Pid\"\n{rest}\n");
+    let message = "`pid::Pid` has no method";
+    check_refused(&entry("law = \"next_control_outputt\""), message, "3:7", "did you mean `next_control_output`?");
+    let reset = "law = \"next_control_output\"\npartial_reset = [\"reset_intgral_term\"]";
+    check_refused(&entry(reset), message, "4:18", "did you mean `reset_integral_term`?");
+    // Another version may have other methods.
+    check_accepted(&entry("law = [[\"next_control_output\", \"next_control_output_with\", \"advance\"]]"));
+}
+
+#[test]
+fn the_standard_library_has_no_filters() {
+    let message = "is of the standard library, which has no filters";
+    check_refused("[[filter]]\ntrait = \"std::iter::Iterator\"\nlaw = \"next\"\n", message, "2:9", "name the type");
+    check_refused("[[filter]]\nfunction = \"core::mem::swap\"\n", message, "2:12", "name the type");
+}
+
+#[test]
 fn what_names_something_is_accepted() {
     for path in ["crate::control::Pid", "rover_control::control::Pid"] {
         check_accepted(&format!("[[filter]]\ntype = \"{path}\"\nlaw = \"calc\"\nreset = \"reset\"\n"));
@@ -660,6 +678,10 @@ fn a_preset_does_not_judge_the_laws_of_its_own_crate() {
     assert!(told.contains(&"Oversampler::tick: unproved".to_owned()), "{told:?}");
     assert!(told.contains(&"Oversampler::filter_mono: once".to_owned()), "{told:?}");
     assert!(told.contains(&"render: repeated".to_owned()), "a loop is judged in each crate: {told:?}");
+    let directory = package(AUDIO_CRATE, "");
+    workspace::write(&directory, "Cargo.toml", MANIFEST.replace("rover-control", "fundsp").as_bytes());
+    let way_out = "a `[[filter]]` of its own with `trait = \"crate::audionode::AudioNode\"` has it judged";
+    assert!(run(&directory, ["report", "-v"]).stdout.contains(way_out));
     let methods = "[\"tick\", \"process\", \"get_mono\", \"get_stereo\", \"filter_mono\", \"filter_stereo\"]";
     let own = found(&format!("[[filter]]\ntrait = \"fundsp::audionode::AudioNode\"\nlaw = [{methods}]\n"));
     assert!(own.contains(&"Oversampler::tick: repeated".to_owned()), "what the user says is no preset: {own:?}");

@@ -122,6 +122,9 @@ fn a_first_check_that_leaves_packages_out_says_so() {
         let said = run(&directory, chosen.iter().copied());
         assert!(!said.stderr.contains("left out"), "{}", said.stderr);
     }
+    let written = run(&directory, ["init", "--force"]);
+    written.assert_code(0).assert_stderr("then run `cargo ceid-lint --workspace`");
+    assert!(read(&directory).contains("`cargo ceid-lint --workspace` checks"), "{}", read(&directory));
 }
 
 #[test]

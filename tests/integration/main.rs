@@ -16,6 +16,7 @@ mod fix;
 mod fixtures_compile;
 mod gate;
 mod init;
+mod init_laws;
 mod init_traits;
 mod lsp;
 mod messages;

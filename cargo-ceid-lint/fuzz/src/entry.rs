@@ -66,6 +66,7 @@ fn project(path: &Path, edition: &str) -> Project {
         targets: vec![target],
         roots_left_out: Vec::new(),
         is_member: true,
+        is_default: true,
         is_partly_read: false,
         cfg: CfgValues::default(),
         metadata: None,

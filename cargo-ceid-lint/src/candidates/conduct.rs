@@ -28,6 +28,8 @@ pub(super) struct Conduct {
     pub(super) sums: usize,
     /// The fields to which something is added that is not constant.
     pub(super) accumulated: BTreeSet<String>,
+    /// The fields that say which element of another one is meant.
+    pub(super) positions: BTreeSet<String>,
     /// Methods called on fields.
     pub(super) calls: Vec<FieldCall>,
     /// The methods of `self` that it calls.
@@ -62,6 +64,7 @@ impl Conduct {
         self.writes_all |= other.writes_all;
         self.sums += other.sums;
         self.accumulated.extend(other.accumulated);
+        self.positions.extend(other.positions);
         self.calls.extend(other.calls);
         self.is_foreign |= other.is_foreign;
         self.reads_clock |= other.reads_clock;
@@ -101,30 +104,41 @@ fn with_helpers(program: &Program<'_>, id: FunctionId, depth: u32, open: &mut BT
     conduct
 }
 
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     index: &'a Index,
-    body: &'a Body,
-    typed: &'a TypedBody,
+    pub(super) body: &'a Body,
+    pub(super) typed: &'a TypedBody,
     self_local: Option<u32>,
     /// Variables that are a part of a field: `let z = &mut self.z`, `for tap in &mut self.taps`.
-    aliases: BTreeMap<u32, String>,
+    pub(super) aliases: BTreeMap<u32, String>,
+    /// What each of them was bound to as a whole, or element by element; the field itself where `self` was taken apart. Of those that
+    /// are parts, nothing.
+    pub(super) alias_of: BTreeMap<u32, Option<ExprId>>,
 }
 
 impl<'a> Reader<'a> {
+    /// The reader of a method.
+    pub(super) fn of(program: &'a Program<'a>, id: FunctionId) -> Option<Self> {
+        let body = program.index.function(id).function.body.as_ref()?;
+        let typed = program.typed(id)?;
+        let receiver = typed.locals.iter().position(|local| local.name == "self");
+        Some(Self::new(program.index, body, typed, receiver.and_then(|at| u32::try_from(at).ok())))
+    }
+
     fn new(index: &'a Index, body: &'a Body, typed: &'a TypedBody, self_local: Option<u32>) -> Self {
-        let mut reader = Self { index, body, typed, self_local, aliases: BTreeMap::new() };
+        let mut reader = Self { index, body, typed, self_local, aliases: BTreeMap::new(), alias_of: BTreeMap::new() };
         reader.find_aliases();
         reader
     }
 
-    fn is_self(&self, expr: ExprId) -> bool {
+    pub(super) fn is_self(&self, expr: ExprId) -> bool {
         let local = self.typed.expr_local.get(&expr).map(|local| local.0);
         let is_self = local.is_some() && local == self.self_local;
         is_self || matches!(&self.body.expr(expr).kind, ExprKind::Deref(inner) if self.is_self(*inner))
     }
 
     /// The field of `self` that a place lies in.
-    fn field(&self, expr: ExprId) -> Option<String> {
+    pub(super) fn field(&self, expr: ExprId) -> Option<String> {
         let mut at = expr;
         loop {
             if let Some(alias) = self.typed.expr_local.get(&at).and_then(|local| self.aliases.get(&local.0)) {
@@ -177,7 +191,7 @@ impl<'a> Reader<'a> {
         if self.is_self(value) {
             if let PatKind::Struct(_, fields) = &self.body.pat(pat).kind {
                 for (field, own) in fields {
-                    self.bind(*own, field);
+                    self.bind(*own, field, Some(None));
                 }
             }
             return;
@@ -185,27 +199,39 @@ impl<'a> Reader<'a> {
         if is_handing_on(self.body, value)
             && let Some(field) = self.field(value)
         {
-            self.bind(pat, &field);
+            self.bind(pat, &field, Some(Some(value)));
         }
     }
 
-    fn bind(&mut self, pat: PatId, field: &str) {
+    /// Binds the names in a pattern to a field, and to the value that they are all of, if they are.
+    fn bind(&mut self, pat: PatId, field: &str, value: Option<Option<ExprId>>) {
         match &self.body.pat(pat).kind {
             PatKind::Bind { sub, .. } => {
                 if let Some(local) = self.typed.pat_local.get(&pat) {
                     self.aliases.insert(local.0, field.to_owned());
+                    self.alias_of.extend(value.map(|value| (local.0, value)));
                 }
                 if let Some(sub) = sub {
-                    self.bind(*sub, field);
+                    self.bind(*sub, field, value);
                 }
             }
-            PatKind::Tuple(parts) | PatKind::TupleStruct(_, parts) | PatKind::Or(parts) | PatKind::Slice(parts) => {
-                parts.iter().for_each(|part| self.bind(*part, field));
+            PatKind::Tuple(parts) => {
+                let is_numbered = matches!(value, Some(Some(value)) if self.is_enumerated(value));
+                parts.iter().for_each(|part| self.bind(*part, field, value.filter(|_| is_numbered)));
             }
-            PatKind::Struct(_, parts) => parts.iter().for_each(|(_, part)| self.bind(*part, field)),
-            PatKind::Reference(inner) => self.bind(*inner, field),
+            PatKind::TupleStruct(_, parts) if parts.len() == 1 => self.bind(parts[0], field, value),
+            PatKind::Or(parts) => parts.iter().for_each(|part| self.bind(*part, field, value)),
+            PatKind::TupleStruct(_, parts) | PatKind::Slice(parts) => {
+                parts.iter().for_each(|part| self.bind(*part, field, None));
+            }
+            PatKind::Struct(_, parts) => parts.iter().for_each(|(_, part)| self.bind(*part, field, None)),
+            PatKind::Reference(inner) => self.bind(*inner, field, value),
             _ => {}
         }
+    }
+
+    fn is_enumerated(&self, value: ExprId) -> bool {
+        matches!(&self.body.expr(value).kind, ExprKind::MethodCall { method, .. } if method == "enumerate")
     }
 
     fn read(&self) -> Conduct {
@@ -225,6 +251,9 @@ impl<'a> Reader<'a> {
                 }
                 ExprKind::Deref(inner) if self.is_self(*inner) && !only_written.contains(&id) => {
                     conduct.reads_all = true;
+                }
+                ExprKind::Index { index, .. } => {
+                    conduct.positions.extend(self.body.within(*index).filter_map(|id| self.field(id)));
                 }
                 ExprKind::Path(_) if !only_written.contains(&id) => {
                     conduct.read.extend(self.field(id));

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::conduct::{Conduct, conduct};
 use super::halves::groups;
 use super::judge::{Judged, LEAST_WEIGHT, LIKELY_WEIGHT};
+use super::together::Together;
+use super::twins::sets_up;
 use super::uses::{Calls, is_test};
 use super::words::{Half, half, type_strength};
 use super::{Candidates, Certainty, CycleCandidate, FilterCandidate, Nameless, Reason, Subject, Uses};
@@ -12,7 +14,7 @@ use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::{Program, takes_moment, takes_step};
 use crate::index::{EntryScope, FunctionId, ModuleId, Namespace, Owner, Ty, TypeId};
 use crate::source::Span;
-use crate::syntax::tree::TypeRef;
+use crate::syntax::tree::{Receiver, TypeRef};
 
 /// The search for candidates, and what it has found so far.
 pub(super) struct Finder<'a> {
@@ -21,6 +23,7 @@ pub(super) struct Finder<'a> {
     /// Whether there is one package only, so that `crate` means it.
     pub(super) is_alone: bool,
     pub(super) calls: Calls,
+    pub(super) together: Together,
     conducts: BTreeMap<FunctionId, Conduct>,
     pub(super) found: Vec<Found>,
 }
@@ -65,7 +68,8 @@ impl Uses {
 impl<'a> Finder<'a> {
     pub(super) fn new(program: &'a Program<'a>, scope: &'a EntryScope<'a>, is_alone: bool) -> Self {
         let conducts = program.index.function_ids().map(|id| (id, conduct(program, id))).collect();
-        Self { program, scope, is_alone, calls: Calls::read(program), conducts, found: Vec::new() }
+        let (calls, together) = (Calls::read(program), Together::read(program));
+        Self { program, scope, is_alone, calls, together, conducts, found: Vec::new() }
     }
 
     pub(super) fn conduct(&self, id: FunctionId) -> &Conduct {
@@ -186,6 +190,11 @@ impl<'a> Finder<'a> {
         names.sort();
         names.dedup();
         let ids: Vec<FunctionId> = laws.iter().map(|judged| judged.id).collect();
+        // A sum that is filled here and drawn off there is no signal.
+        let is_of_state = |id: &FunctionId| self.others_change_state(*id, &ids) || ids.contains(id);
+        if methods.iter().any(|id| self.together.drained.contains(id) && is_of_state(id)) {
+            return None;
+        }
         let (resets, partial_resets) = self.resets(methods, &ids);
         let mut reasons = vec![best.reason()];
         let timed = laws.iter().find(|judged| takes_step(index, judged.id) || self.hands_step_on(judged));
@@ -221,6 +230,14 @@ impl<'a> Finder<'a> {
             group.extend(self.twins(methods, &ids));
         }
         let is_shared = laws.iter().all(|judged| judged.is_shared);
+        // Whoever advances the state by another method as well may owe no law.
+        let named = |name: &String| law.iter().any(|(group, _)| group.contains(name));
+        let advances = |id: &FunctionId| {
+            !named(&index.function(*id).name)
+                && self.others_change_state(*id, &ids)
+                && self.calls.uses(*id).in_cycles > 0
+        };
+        let has_others = methods.iter().any(advances);
         Some(Found {
             name: def.name.clone(),
             place: def.span,
@@ -237,10 +254,23 @@ impl<'a> Finder<'a> {
                 reasons,
                 uses,
                 weight: best.weight,
-                is_plain: best.is_plain && is_one && !is_shared,
+                is_plain: best.is_plain && is_one && !is_shared && !has_others,
             },
             laws: ids,
         })
+    }
+
+    /// Whether a method that is fed advances the state of these laws otherwise than by them, and does not set it up or anew.
+    fn others_change_state(&self, id: FunctionId, laws: &[FunctionId]) -> bool {
+        let (def, conduct) = (self.program.index.function(id), self.conduct(id));
+        let mut state = laws.iter().flat_map(|law| self.conduct(*law).carried());
+        !laws.contains(&id)
+            && def.function.receiver == Some(Receiver::Exclusive)
+            && !def.function.params.is_empty()
+            && !is_reset(&def.name)
+            && !sets_up(&def.name)
+            && laws.iter().all(|law| !self.reaches(id, *law) && !self.reaches(*law, id))
+            && state.any(|field| conduct.carried().any(|own| own == field))
     }
 
     /// Adds other methods that run the law of a candidate.
@@ -316,9 +346,22 @@ impl<'a> Finder<'a> {
                     || first(&one.name) == first(&best.name)
                     || self.reaches(one.id, best.id)
                     || self.reaches(best.id, one.id)
+                    || (!has_halves && self.is_alternative(one, best))
                     || (has_halves && is_half(&one.name) && is_half(&best.name))
             })
             .collect()
+    }
+
+    /// Whether a method advances all that another one does, and no code calls both on one value: it is called instead.
+    fn is_alternative(&self, one: &Judged, other: &Judged) -> bool {
+        let state = |judged: &Judged| judged.carried.iter().chain(&judged.runs).cloned().collect::<BTreeSet<String>>();
+        let (own, theirs) = (state(one), state(other));
+        let is_called = |judged: &Judged| self.calls.from_elsewhere.contains(&judged.id);
+        !own.is_empty()
+            && (own.is_superset(&theirs) || theirs.is_superset(&own))
+            && is_called(one)
+            && is_called(other)
+            && !self.together.are_beside(one.id, other.id)
     }
 
     /// Whether a method takes a block of samples, and runs another one for each of them.
@@ -351,45 +394,6 @@ impl<'a> Finder<'a> {
     /// Whether a method calls another one of its own type.
     pub(super) fn reaches(&self, from: FunctionId, to: FunctionId) -> bool {
         self.conduct(from).helpers.contains(&to)
-    }
-
-    /// The methods that set the state of the law, and those that set a part of it.
-    fn resets(&self, methods: &[FunctionId], laws: &[FunctionId]) -> (Vec<String>, Vec<String>) {
-        let index = self.program.index;
-        let (mut full, mut partial) = (BTreeSet::new(), BTreeSet::new());
-        for id in methods {
-            let def = index.function(*id);
-            if !is_reset(&def.name) || !super::uses::takes_state(def) {
-                continue;
-            }
-            match self.clears(*id, laws, 0) {
-                Some(true) => full.insert(def.name.clone()),
-                Some(false) => partial.insert(def.name.clone()),
-                None => false,
-            };
-        }
-        (full.into_iter().collect(), partial.into_iter().collect())
-    }
-
-    /// Whether a method sets all of the state of these laws, or a part of it; `None` if it leaves it alone.
-    fn clears(&self, id: FunctionId, laws: &[FunctionId], depth: u32) -> Option<bool> {
-        const MOST_OWNERS: u32 = 4;
-        let conduct = self.conduct(id);
-        let state: BTreeSet<&String> = laws.iter().flat_map(|law| self.conduct(*law).carried()).collect();
-        // What the reset of a field leaves of it is left.
-        let is_left = |field: &String| {
-            let of_laws = laws.iter().flat_map(|law| &self.conduct(*law).calls).filter(|call| call.field == *field);
-            let inner: Vec<FunctionId> = of_laws.flat_map(|call| call.targets.iter().copied()).collect();
-            let mut resets = conduct.calls.iter().filter(|call| call.field == *field && is_reset(&call.method));
-            depth < MOST_OWNERS
-                && resets
-                    .any(|call| call.targets.iter().any(|reset| self.clears(*reset, &inner, depth + 1) == Some(false)))
-        };
-        let is_set = |field: &&String| conduct.written.contains(*field);
-        if conduct.writes_all || state.iter().all(|field| is_set(field) && !is_left(field)) {
-            return Some(true);
-        }
-        state.iter().any(is_set).then_some(false)
     }
 
     /// The bodies of all laws, with the name of the filter.

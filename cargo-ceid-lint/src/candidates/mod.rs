@@ -2,6 +2,7 @@
 //!
 //! A candidate is a proposal to a person, never a fact: nothing here has a part in a verdict.
 
+mod cleared;
 mod conduct;
 mod cycles;
 mod functional;
@@ -12,6 +13,7 @@ mod measured;
 mod outside;
 mod paths;
 mod selected;
+mod together;
 mod traits;
 mod twins;
 mod uses;

@@ -8,7 +8,7 @@ use super::judge::{LEAST_WEIGHT, is_outside_law};
 use super::laws::{Draft, Finder, Found};
 use super::measured::is_measured;
 use super::uses::{is_test, loops};
-use super::words::{law_strength, type_strength};
+use super::words::{is_among, law_strength, type_strength, words};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Receiver, TimeBase};
 use crate::flow::{is_time_name, takes_step};
@@ -49,7 +49,13 @@ impl Finder<'_> {
                 let TypeRef::Reference { mutable: true, .. } = written else { return false };
                 !matches!(ty.peel(), Ty::Slice(_)) && is_state(index, ty.peel())
             });
-            for ((position, _), _) in states {
+            let mut best: Option<(i32, Found)> = None;
+            let name_of = |at: usize| {
+                let pat = body.params.get(at)?;
+                let local = typed.pat_local.get(pat)?;
+                Some(typed.local(*local).name.as_str())
+            };
+            for ((position, _), ty) in states {
                 let Some(local) = body.params.get(position as usize).and_then(|pat| typed.pat_local.get(pat)) else {
                     continue;
                 };
@@ -57,16 +63,27 @@ impl Finder<'_> {
                 let carries = (conduct.writes_all && conduct.reads_all) || conduct.carried().next().is_some();
                 let others = params.iter().enumerate().filter(|(at, _)| *at != position as usize);
                 let is_fed = others.clone().any(|(_, ty)| is_measured(index, ty, 0));
-                if !carries || conduct.sums == 0 || !is_fed || !seen.insert(def.function.keyword) {
+                if !carries || conduct.sums == 0 || !is_fed {
                     continue;
                 }
                 let name = typed.local(*local).name.clone();
+                let remembers = conduct.carried().any(|field| is_old(field));
+                let strength = self.says_state(Some(&name), ty) + i32::from(remembers);
+                // What is only read is the state of nothing, and what is written beside it is the data.
+                let is_data = others.clone().any(|(at, other)| {
+                    let is_read =
+                        !matches!(def.function.params.get(at), Some(TypeRef::Reference { mutable: true, .. }));
+                    is_read && self.says_state(name_of(at), other) > strength
+                });
+                if is_data {
+                    continue;
+                }
                 let mut reasons = vec![Reason::Carries(def.name.clone(), vec![name])];
                 let is_timed = takes_step(index, id);
                 if is_timed {
                     reasons.push(Reason::Timed(def.name.clone()));
                 }
-                self.found.push(Found {
+                let found = Found {
                     name: def.name.clone(),
                     place: def.function.keyword,
                     path: self.path_to(def.module, &def.name, def.function.keyword, Namespace::Value),
@@ -85,10 +102,28 @@ impl Finder<'_> {
                         is_plain: false,
                     },
                     laws: vec![id],
-                });
-                break;
+                };
+                if best.as_ref().is_none_or(|(known, _)| strength > *known) {
+                    best = Some((strength, found));
+                }
+            }
+            if let Some((_, found)) = best
+                && seen.insert(def.function.keyword)
+            {
+                self.found.push(found);
             }
         }
+    }
+
+    /// How much the name and the type of a parameter say that it is a state, and not what is computed with it.
+    fn says_state(&self, name: Option<&str>, ty: &Ty) -> i32 {
+        let of_type = match ty.peel() {
+            Ty::Adt(id, _) => self.program.index.type_def(*id).name.as_str(),
+            Ty::External(path, _) => path.rsplit("::").next().unwrap_or(path),
+            _ => "",
+        };
+        let is_said = |name: &str| words(name).iter().any(|word| is_among(STATES, word));
+        2 * i32::from(is_said(of_type) || name.is_some_and(is_said) || type_strength(of_type) == 2)
     }
 
     /// Types of unread crates with the name of a filter, and the methods called on them that have the name of a law.
@@ -193,6 +228,14 @@ fn is_step(body: &Body, typed: &TypedBody, arg: ExprId) -> bool {
         ExprKind::Field { name, .. } => is_time_name(name),
         _ => typed.expr_local.get(&arg).is_some_and(|local| is_time_name(&typed.local(*local).name)),
     }
+}
+
+/// Words in the names of states, and of their types.
+const STATES: &str = "state states history memory filter";
+
+/// Whether a field of that name holds what was there before.
+fn is_old(field: &str) -> bool {
+    words(field).iter().any(|word| matches!(word.as_str(), "prev" | "previous" | "last" | "old"))
 }
 
 /// Whether a state can be of the type: a number, or something of the analysed code.

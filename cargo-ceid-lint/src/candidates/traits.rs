@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::judge::{Judged, LEAST_WEIGHT};
 use super::laws::{Draft, Finder, Found};
+use super::uses::owner_type;
 use super::words::{law_strength, type_strength};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
@@ -199,7 +200,7 @@ impl Finder<'_> {
         for (method, ..) in laws.iter() {
             uses = uses.and(def.methods.get(method).map(|id| self.calls.uses(*id)).unwrap_or_default());
         }
-        let resets = def.methods.keys().filter(|name| *name == "reset").cloned().collect();
+        let (resets, partial_resets) = self.resets_of_trait(id, laws);
         let place = def.span;
         let path = self.path_to(def.module, &def.name, place, Namespace::Type);
         let weight = best + strength.max(0) + i32::from(good.len() > 2) - i32::from(good.len() * 2 < *bodies);
@@ -213,7 +214,7 @@ impl Finder<'_> {
                 instance: InstancePlace::Receiver,
                 receiver: Taken::Exclusive,
                 resets,
-                partial_resets: Vec::new(),
+                partial_resets,
                 key: None,
                 time_base,
                 reasons,
@@ -223,6 +224,22 @@ impl Finder<'_> {
             },
             laws: laws.iter().flat_map(|(_, good, _)| good.iter().map(|judged| judged.id)).collect(),
         })
+    }
+
+    /// Whether the `reset` of a trait sets the whole state of each type of which that was seen, or leaves a part of one.
+    fn resets_of_trait(&self, id: TraitId, laws: &[(String, Vec<&Judged>, usize)]) -> (Vec<String>, Vec<String>) {
+        let index = self.program.index;
+        let Some(name) = index.trait_def(id).methods.keys().find(|name| *name == "reset") else {
+            return (Vec::new(), Vec::new());
+        };
+        let of = |id: FunctionId| owner_type(index, id);
+        let is_partial = self.bodies(id, name).into_iter().any(|reset| {
+            let own = laws.iter().flat_map(|(_, good, _)| good).map(|judged| judged.id);
+            let own: Vec<FunctionId> = own.filter(|law| of(*law) == of(reset)).collect();
+            !own.is_empty() && self.clears(reset, &own, 0) != Some(true)
+        });
+        let name = vec![name.clone()];
+        if is_partial { (Vec::new(), name) } else { (name, Vec::new()) }
     }
 
     /// A trait whose method gets the state as its first argument: `fn process(&self, state: &mut S, x: X) -> Y`.

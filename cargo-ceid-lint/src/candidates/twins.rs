@@ -1,12 +1,11 @@
 //! Methods that advance the state of a law without being called by it: `insert` of a delay line beside `process`, where a caller that
 //! reads the line by itself needs nothing else.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::laws::{Finder, is_reset};
 use crate::index::FunctionId;
-use crate::syntax::tree::{ExprKind, Receiver};
-use crate::types::Callee;
+use crate::syntax::tree::Receiver;
 
 impl Finder<'_> {
     /// The names of the methods that do to the state what these laws do.
@@ -38,59 +37,18 @@ impl Finder<'_> {
         };
         let found: Vec<FunctionId> = methods.iter().filter(is_twin).copied().collect();
         // What is called on one filter beside the law is a part of the step.
-        let are_alternatives = !found.is_empty() && !self.meet(&found, laws);
+        let meets = |twin: &FunctionId| laws.iter().any(|law| self.together.are_beside(*twin, *law));
+        let are_alternatives = !found.iter().any(meets);
         let mut names: Vec<String> = found.iter().map(|id| index.function(*id).name.clone()).collect();
         names.retain(|_| are_alternatives);
         names.sort();
         names.dedup();
         names
     }
-
-    /// Whether a function calls methods of both kinds on what it has by the same name.
-    fn meet(&self, twins: &[FunctionId], laws: &[FunctionId]) -> bool {
-        let index = self.program.index;
-        index.function_ids().any(|caller| {
-            let (Some(body), Some(typed)) = (&index.function(caller).function.body, self.program.typed(caller)) else {
-                return false;
-            };
-            let mut called: BTreeMap<String, [bool; 2]> = BTreeMap::new();
-            for (at, callee) in &typed.callees {
-                let (Callee::Resolved(resolved), ExprKind::MethodCall { receiver, .. }) =
-                    (callee, &body.expr(*at).kind)
-                else {
-                    continue;
-                };
-                let calls = [laws, twins].map(|of| resolved.targets.iter().any(|target| of.contains(target)));
-                if calls == [false, false] {
-                    continue;
-                }
-                let mut name = String::new();
-                let mut open = vec![*receiver];
-                while let Some(id) = open.pop() {
-                    match &body.expr(id).kind {
-                        ExprKind::Path(path) => name.insert_str(0, &path.text()),
-                        ExprKind::Field { base, name: field } => {
-                            name.insert_str(0, &format!(".{field}"));
-                            open.push(*base);
-                        }
-                        ExprKind::Index { base, .. } => {
-                            name.insert_str(0, "[]");
-                            open.push(*base);
-                        }
-                        ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => open.push(*inner),
-                        _ => name.insert(0, '_'),
-                    }
-                }
-                let own = called.entry(name).or_default();
-                *own = [own[0] | calls[0], own[1] | calls[1]];
-            }
-            called.values().any(|calls| *calls == [true, true])
-        })
-    }
 }
 
 /// Whether a method's name says that it sets the state, wherever that was.
-fn sets_up(name: &str) -> bool {
+pub(super) fn sets_up(name: &str) -> bool {
     let first = name.split('_').next().unwrap_or_default();
     matches!(
         first,

@@ -130,7 +130,7 @@ pub(super) fn takes_state(def: &FunctionDef) -> bool {
 }
 
 /// The type whose method it is.
-fn owner_type(index: &Index, id: FunctionId) -> Option<crate::index::TypeId> {
+pub(super) fn owner_type(index: &Index, id: FunctionId) -> Option<crate::index::TypeId> {
     match index.function(id).owner {
         Owner::Impl(owner) => match &index.impl_def(owner).self_ty {
             crate::index::Ty::Adt(id, _) => Some(*id),

@@ -30,7 +30,7 @@ const SETTINGS: &str = "config settings coefficients coefs coeffs parameters par
 /// Words in the names of types that are filters: controllers, estimators, signal processing.
 const FILTERS: &str = "\
     pid pi pd pidf lqr mpc kalman ekf ukf eskf kf filter filters lowpass highpass bandpass lpf hpf bpf notch \
-    biquad iir fir madgwick marg mahony ahrs vqf estimator observer luenberger integrator differentiator \
+    biquad iir fir madgwick marg mahony ahrs vqf estimator observer luenberger integrator integral differentiator \
     derivative smoother smoothed smoothing average ewma ema sma median mean avg movavg debounce debouncer debounced hysteresis \
     schmitt slew ramp complementary fusion envelope follower detector oscillator lfo phasor pll allpass comb \
     reverb chorus phaser flanger compressor limiter equalizer crossover oversampler upsampler downsampler \
@@ -150,12 +150,15 @@ pub(super) fn takes_in(name: &str) -> bool {
 /// Whether the name says that something is set up, asked or undone.
 pub(super) fn is_other_verb(name: &str) -> bool {
     let first = name.split('_').find(|word| !word.is_empty()).unwrap_or_default();
-    let last = name.rsplit('_').find(|word| !word.is_empty()).unwrap_or_default();
+    let mut from_behind = name.rsplit('_').filter(|word| !word.is_empty());
+    let last = from_behind.next().unwrap_or_default();
+    // `apply_with_coefficients` is a law that is told them.
+    let is_given_them = from_behind.next().is_some_and(|before| matches!(before, "with" | "using" | "by"));
     is_among(OTHER_VERBS, first)
         || name.ends_with("_mut")
         || name.ends_with("_sample_rate")
         || name == "update_stream"
-        || (last != first && is_among(SETTINGS, last))
+        || (last != first && is_among(SETTINGS, last) && !is_given_them)
 }
 
 /// How much the name of a type or trait says that it is a filter: 2 for a word of the trade, 1 for one near it, negative for
@@ -226,7 +229,15 @@ mod tests {
 
     #[test]
     fn laws_are_told_from_what_is_set_and_asked() {
-        for law in ["update", "step", "get_next_output", "add_sample", "calc_duty", "process_stereo"] {
+        for law in [
+            "update",
+            "step",
+            "get_next_output",
+            "add_sample",
+            "calc_duty",
+            "process_stereo",
+            "apply_with_coefficients",
+        ] {
             assert!(law_strength(law) > 0, "{law}");
         }
         for other in ["set_gain", "reset", "get_gain", "with_limit", "update_config", "push", "parse_next"] {

@@ -8,6 +8,7 @@ use super::{Console, ExitStatus, input};
 use crate::config::FILE_NAME;
 use crate::draft::{self, Accept, Draft};
 use crate::pipeline::{self, Prospect};
+use crate::project::Project;
 use crate::report::count;
 
 /// Looks, and writes the file beside the manifest of each workspace.
@@ -52,7 +53,8 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
     }
     let mut status = ExitStatus::Clean;
     for (root, candidates) in &prospect.workspaces {
-        let draft = draft::write(candidates, &prospect.presets, &prospect.sources, root, &accept);
+        let flags = flags(&project, root);
+        let draft = draft::write(candidates, &prospect.presets, &prospect.sources, root, &accept, flags);
         let path = root.join(FILE_NAME);
         if args.stdout {
             console.print(&draft.text);
@@ -60,7 +62,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
             console.error(&format!("cannot write `{}`: {error}", input::shown(&path)), None);
             status = ExitStatus::Incomplete;
         } else {
-            console.say(&said(&path, &draft));
+            console.say(&said(&path, &draft, flags));
         }
     }
     say_problems(&project.problems, &prospect, console);
@@ -70,8 +72,14 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
     Ok(status)
 }
 
+/// What a run needs to check all that the file is for: cargo's own choice may leave members out.
+fn flags(project: &Project, root: &Path) -> &'static str {
+    let mut packages = project.packages.iter().filter(|package| package.is_reported && package.workspace_root == *root);
+    if packages.all(|package| package.is_default) { "" } else { " --workspace" }
+}
+
 /// What was written, and what to do next.
-fn said(path: &Path, draft: &Draft) -> String {
+fn said(path: &Path, draft: &Draft, flags: &str) -> String {
     let Draft { filters_on, filters, cycles_on, cycles, .. } = *draft;
     let path = input::shown(path);
     if filters + cycles == 0 {
@@ -84,9 +92,9 @@ fn said(path: &Path, draft: &Draft) -> String {
         said += &format!("; {}, {cycles_on} turned on", count(cycles, "likely cycle function"));
     }
     if filters_on + cycles_on < filters + cycles {
-        said += "\nremove the `#` of those that are right, then run `cargo ceid-lint`";
+        said += &format!("\nremove the `#` of those that are right, then run `cargo ceid-lint{flags}`");
     } else {
-        said += "\nnow run `cargo ceid-lint`";
+        said += &format!("\nnow run `cargo ceid-lint{flags}`");
     }
     said
 }

@@ -50,8 +50,15 @@ fn by_hand(run: &Interrupted) -> String {
     format!("what was to be written is gone: take the changes of {} back", names(run.changed.iter()))
 }
 
+/// How many files are named before it is said how many more there are.
+const MOST_NAMES: usize = 6;
+
 fn names<'p>(paths: impl Iterator<Item = &'p PathBuf>) -> String {
     let current = std::env::current_dir().and_then(|current| current.canonicalize()).unwrap_or_default();
     let shown = |path: &'p PathBuf| path.strip_prefix(&current).map_or(path.as_path(), Path::new);
-    paths.map(|path| format!("`{}`", input::shown(shown(path)))).collect::<Vec<_>>().join(", ")
+    let names: Vec<String> = paths.map(|path| format!("`{}`", input::shown(shown(path)))).collect();
+    match names.len().checked_sub(MOST_NAMES) {
+        Some(more) if more > 0 => format!("{} and {more} more", names[..MOST_NAMES].join(", ")),
+        _ => names.join(", "),
+    }
 }

@@ -7,7 +7,7 @@ use toml::de::DeTable;
 
 use super::load::preset_entries;
 use super::reader::{File, Table};
-use super::{Config, ConfigError, CycleEntry, FilterEntry, Presets, Section, spelling};
+use super::{Config, ConfigError, CycleEntry, FilterEntry, Presets, Section, Word, spelling};
 
 /// What is known of a published crate.
 #[derive(Clone, Debug)]
@@ -111,6 +111,7 @@ pub fn active_presets<'a>(
 ) -> Result<Vec<Preset>, ConfigError> {
     for section in &config.sections {
         check_names(section)?;
+        check_methods(section)?;
     }
     let (mut is_auto, mut named) = (false, BTreeSet::new());
     for sections in packages {
@@ -140,6 +141,49 @@ fn check_names(section: &Section) -> Result<(), ConfigError> {
     Ok(())
 }
 
+/// Entries for types of a preset stand in its place, and its sources are not read: a slip in the name of a method would switch the
+/// check of the type off without a word.
+fn check_methods(section: &Section) -> Result<(), ConfigError> {
+    for entry in &section.filters {
+        let path = entry.target.path();
+        let quoted = format!("\"{}\"", path.text);
+        for (name, text) in PRESETS.iter().filter(|(_, text)| text.contains(&quoted)) {
+            let preset = Preset::read(name, text)?;
+            let same: Vec<&FilterEntry> =
+                preset.filters.iter().filter(|own| own.target.path().text == path.text).collect();
+            let known: BTreeSet<&str> =
+                same.iter().flat_map(|own| methods(own)).map(|word| word.text.as_str()).collect();
+            let is_unknown = |word: &&Word| !known.contains(word.text.as_str());
+            for word in methods(entry).filter(is_unknown) {
+                if let Some(near) = known.iter().find(|near| is_slip(&word.text, near)) {
+                    let message = format!("`{}` has no method `{}`", path.text, word.text);
+                    let error = ConfigError::at(word.place.clone(), message);
+                    return Err(error.help(format!("did you mean `{near}`?")).in_text(&section.text));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The methods that an entry names.
+fn methods(entry: &FilterEntry) -> impl Iterator<Item = &Word> {
+    entry.law.iter().flatten().chain(&entry.reset).chain(&entry.partial_reset)
+}
+
+/// Whether a name is another one with a slip in one of its longer words: `update_x` may well stand beside `update_y`, and `updte_x` is
+/// neither.
+fn is_slip(word: &str, near: &str) -> bool {
+    const LEAST_LETTERS: usize = 5;
+    let [own, other] = [word, near].map(|name| name.split('_').collect::<Vec<&str>>());
+    let mut apart = own.iter().zip(&other).filter(|(own, other)| own != other);
+    let (Some((own_word, other_word)), None) = (apart.next(), apart.next()) else { return false };
+    own.len() == other.len()
+        && other_word.len() >= LEAST_LETTERS
+        && !own_word.contains(|letter: char| letter.is_ascii_digit())
+        && strsim::damerau_levenshtein(own_word, other_word) == 1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,6 +194,24 @@ mod tests {
             let preset = Preset::read(name, text).unwrap_or_else(|error| panic!("{error}"));
             assert!(!preset.versions.is_empty(), "{name} was read from no version");
             assert!(!preset.filters.is_empty() || !preset.cycles.is_empty(), "{name} says nothing");
+        }
+    }
+
+    #[test]
+    fn slips_are_told_from_other_methods() {
+        for (slip, meant) in
+            [("next_control_outputt", "next_control_output"), ("udpate", "update"), ("updte_imu", "update_imu")]
+        {
+            assert!(is_slip(slip, meant), "{slip}");
+        }
+        for (other, known) in [
+            ("update_x", "update_y"),
+            ("step2", "step"),
+            ("update_mag", "update_imu"),
+            ("text", "next"),
+            ("update", "update"),
+        ] {
+            assert!(!is_slip(other, known), "{other}");
         }
     }
 

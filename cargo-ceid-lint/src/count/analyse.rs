@@ -336,8 +336,7 @@ impl Context<'_> {
         let info = index.crate_of(def.module);
         let is_silent = facts.kind == FunctionKind::Presumed && !pairs.contains_key(&CycleId::Function);
         if is_silent && facts.updated.iter().any(|instance| instance.function) {
-            let head = def.function.keyword;
-            analysis.presumed.push(Presumed { package: info.package, target: info.target, head });
+            analysis.presumed.push(Presumed { package: info.package, target: info.target, head: def.function.keyword });
         }
         for (id, mut filters) in pairs {
             filters.sort_by(|left, right| (&left.name, &left.law).cmp(&(&right.name, &right.law)));
@@ -351,6 +350,7 @@ impl Context<'_> {
                 target: info.target,
                 head,
                 kind,
+                is_presumed: id == CycleId::Function && facts.kind == FunctionKind::Presumed,
                 function: index.function_name(graph.function),
                 period: super::remarks::period(facts, id),
                 filters,

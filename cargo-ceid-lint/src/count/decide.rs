@@ -2,7 +2,7 @@
 
 use super::counts::Count;
 use super::entered;
-use super::functions::brings_law;
+use super::functions::own_affair;
 use super::gates::Gates;
 use super::instances;
 use super::missed::missed;
@@ -22,7 +22,7 @@ use super::warm_ups::is_run_in;
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, Place};
-use crate::index::{CrateInfo, FunctionId, Index};
+use crate::index::{FunctionId, Index};
 use crate::source::Span;
 
 /// How many places are kept at which a filter is skipped, for the case that some of them are known to the user.
@@ -67,8 +67,7 @@ impl Decision {
         if !matches!(self.verdict, Verdict::Missed | Verdict::Repeated | Verdict::Skipped) {
             return self;
         }
-        let Some(CrateInfo { name, .. }) = brings_law(index, function) else { return self };
-        let cause = format!("`{name}` itself has this law, and its preset only tells how other crates run its filters");
+        let Some(cause) = own_affair(index, function) else { return self };
         Self { primary: self.primary, counts: self.counts, ..Self::unproved(Cause::Limit(cause)) }
     }
 }

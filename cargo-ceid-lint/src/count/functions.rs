@@ -7,7 +7,9 @@ use super::given::{Given, GivenBase};
 use super::instances::{may_hold_filter, place_ty};
 use super::summary::Summaries;
 use crate::flow::{CallSite, ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
-use crate::index::{BodyOwner, CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName, Ty, ValueId};
+use crate::index::{
+    BodyOwner, CrateInfo, FilterSpec, FunctionId, Index, ModuleId, Owner, Subject, TraitName, Ty, ValueId,
+};
 use crate::syntax::CycleDirective;
 use crate::syntax::tree::{Body, ExprId, ExprKind, Receiver};
 use crate::types::{TypedBody, infer};
@@ -305,17 +307,38 @@ fn law_of(index: &Index, id: FunctionId) -> Option<&FilterSpec> {
     index.law_run_by(&index.impl_def(of).self_ty, id).map(|(spec, _)| spec)
 }
 
-/// The crate that brings the filters of a preset, where a function is the law of one of them there: a preset tells how others use
-/// them, and a law of the crate's own may run what it is made of at another rate.
-pub(super) fn brings_law(index: &Index, id: FunctionId) -> Option<&CrateInfo> {
-    let spec = law_of(index, id).filter(|spec| spec.is_preset)?;
-    let module = match spec.subject {
-        Subject::Trait(TraitName::Local(of)) => index.trait_def(of).module,
-        Subject::Type(of) => index.type_def(of).module,
-        _ => return None,
-    };
-    let own = index.function(id).module;
-    (index.module(own).krate == index.module(module).krate).then(|| index.crate_of(own))
+/// Why a law is not judged in the crate that brings the filters of a preset, with the way out: a preset tells how others use them, and
+/// a law of the crate's own may run what it is made of at another rate.
+pub(super) fn own_affair(index: &Index, id: FunctionId) -> Option<String> {
+    let (key, of, name) = declared(index, law_of(index, id).filter(|spec| spec.is_preset)?)?;
+    let CrateInfo { name: krate, .. } = index.crate_of(of);
+    if index.module(index.function(id).module).krate != index.module(of).krate {
+        return None;
+    }
+    let modules = std::iter::successors(Some(index.module(of)), |at| at.parent.map(|parent| index.module(parent)));
+    let mut parts: Vec<&str> = modules.filter(|at| at.parent.is_some()).map(|at| at.name.as_str()).collect();
+    parts.push("crate");
+    parts.reverse();
+    let path = format!("{}::{name}", parts.join("::"));
+    Some(format!(
+        "`{krate}` itself has this law, and its preset only tells how other crates run its filters; a `[[filter]]` of its own with \
+         `{key} = \"{path}\"` has it judged"
+    ))
+}
+
+/// What an entry for these filters names: its key, and where that is declared by which name.
+fn declared<'a>(index: &'a Index, spec: &FilterSpec) -> Option<(&'static str, ModuleId, &'a str)> {
+    match spec.subject {
+        Subject::Trait(TraitName::Local(of)) => {
+            let def = index.trait_def(of);
+            Some(("trait", def.module, &def.name))
+        }
+        Subject::Type(of) => {
+            let def = index.type_def(of);
+            Some(("type", def.module, &def.name))
+        }
+        _ => None,
+    }
 }
 
 fn is_constructor(index: &Index, id: FunctionId) -> bool {

@@ -8,7 +8,7 @@ use super::functions::{FunctionKind, is_passed};
 use super::remarks::note;
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Place, Program, Rounds};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, Node, NodeId, Place, Program, Rounds};
 use crate::index::{FunctionId, Index, Owner};
 use crate::source::Span;
 
@@ -116,7 +116,8 @@ fn defects<'f>(
                 && (own.is_endless() || feeds_round_by_round(facts, guard, *id))
                 && own.head > start
                 && end.is_none_or(|end| own.head < end)
-                && (!goes_on_behind(graph, guard, *id) || feeds(facts, guard, *id))
+                && (!goes_on_behind(graph, guard, *id)
+                    || feeds(facts, guard, *id) && !is_used_around(facts, guard, *id))
                 && (!is_passed(index, graph, summaries, *id) || asks_filters(index, graph, *id))
         });
         if let Some((_, own)) = inside {
@@ -167,18 +168,42 @@ fn goes_on_behind(graph: &ControlFlowGraph, guard: &GuardInfo, id: LoopId) -> bo
     guard.in_loop.is_some() && inside.any(|node| graph.node(node).next.iter().any(is_behind))
 }
 
-/// Whether something in a loop writes what a guard holds.
-fn feeds(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
+/// Whether the loop in which a guard is made feeds or reads what that holds outside of a loop in it: then its own rounds are the cycles.
+fn is_used_around(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
     let graph = facts.graph;
+    let is_held = held_by(facts, guard);
+    let is_around = |node: &&Node| {
+        guard.in_loop.is_some_and(|outer| graph.is_within(node.in_loop, outer))
+            && !graph.is_within(node.in_loop, id)
+            && !guard.span.contains(node.span)
+            && !node.span.contains(guard.span)
+    };
+    let mut around = graph.node_ids().map(|node| graph.node(node)).filter(is_around);
+    around.any(|node| match &node.effect {
+        Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(&is_held),
+        Effect::Write(write) => is_held(&write.place),
+        Effect::Use { place } => is_held(place),
+        _ => false,
+    })
+}
+
+/// Whether a place lies in one that a guard holds.
+fn held_by(facts: &FunctionFacts<'_>, guard: &GuardInfo) -> impl Fn(&Place) -> bool {
     let held = held_places(facts, guard);
-    let is_held = |place: &Place| {
+    move |place| {
         let is_one = |root: &Place| root.steps.iter().all(|step| step.key().is_none());
         let lies_in = |root: &Place, own: &Place| root.base == own.base && root.steps.starts_with(&own.steps);
         facts.aliases.shared_roots(place).iter().any(|root| is_one(root) && held.iter().any(|own| lies_in(root, own)))
-    };
+    }
+}
+
+/// Whether something in a loop writes what a guard holds.
+fn feeds(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
+    let graph = facts.graph;
+    let is_held = held_by(facts, guard);
     let mut inside = graph.node_ids().map(|node| graph.node(node)).filter(|node| graph.is_within(node.in_loop, id));
     inside.any(|node| match &node.effect {
-        Effect::Call(site) => site.args.iter().any(|arg| !arg.is_shared && arg.place.as_ref().is_some_and(is_held)),
+        Effect::Call(site) => site.args.iter().any(|arg| !arg.is_shared && arg.place.as_ref().is_some_and(&is_held)),
         Effect::Write(write) => is_held(&write.place),
         _ => false,
     })

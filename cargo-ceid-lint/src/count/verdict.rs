@@ -128,6 +128,8 @@ pub struct Cycle {
     pub head: Span,
     /// What it is.
     pub kind: CycleKind,
+    /// Whether nothing says that it is one but that nothing which was read calls it.
+    pub is_presumed: bool,
     /// The function it lies in: `main`, `Robot::run`.
     pub function: String,
     /// How long one of its rounds takes, in seconds, if it waits for the next one in every round and that is constant.

@@ -78,14 +78,21 @@ pub struct Draft {
     pub cycles: usize,
 }
 
-/// Writes the file that stands in `root`.
+/// Writes the file that stands in `root`, whose packages a run with these flags checks.
 #[must_use]
-pub fn write(candidates: &Candidates, presets: &[&str], sources: &SourceMap, root: &Path, accept: &Accept) -> Draft {
+pub fn write(
+    candidates: &Candidates,
+    presets: &[&str],
+    sources: &SourceMap,
+    root: &Path,
+    accept: &Accept,
+    flags: &str,
+) -> Draft {
     let places = &Places { sources, root };
     let filters_on = candidates.filters.iter().filter(|filter| accept.filter(filter)).count();
     let cycles_on = candidates.cycles.iter().filter(|cycle| accept.cycle(cycle)).count();
     let mut draft = Draft {
-        text: prose::head(candidates, filters_on, cycles_on),
+        text: prose::head(candidates, filters_on, cycles_on, flags),
         filters_on,
         filters: candidates.filters.len(),
         cycles_on,

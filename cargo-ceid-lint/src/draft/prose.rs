@@ -25,7 +25,7 @@ pub(super) const EXAMPLE: &str = "
 ";
 
 /// What the file is, and what to do with it.
-pub(super) fn head(candidates: &Candidates, filters_on: usize, cycles_on: usize) -> String {
+pub(super) fn head(candidates: &Candidates, filters_on: usize, cycles_on: usize, flags: &str) -> String {
     let mut text = String::new();
     comment(&mut text, "What `cargo ceid-lint` has to know of this code, written by `cargo ceid-lint init`.");
     comment(&mut text, "");
@@ -63,7 +63,10 @@ pub(super) fn head(candidates: &Candidates, filters_on: usize, cycles_on: usize)
             );
         }
     }
-    comment(&mut text, "Then `cargo ceid-lint` checks, and `cargo ceid-lint report` shows what is proved.");
+    comment(
+        &mut text,
+        &format!("Then `cargo ceid-lint{flags}` checks, and `cargo ceid-lint report{flags}` shows what is proved."),
+    );
     text
 }
 

@@ -20,6 +20,8 @@ pub struct Interrupted {
     pub changed: Vec<PathBuf>,
     /// The files that have not, each with the new one beside it; `None` if that is gone, or if somebody has written the file since.
     pub unchanged: Vec<(PathBuf, Option<PathBuf>)>,
+    /// The new files that were not put in their places.
+    staged: Vec<PathBuf>,
 }
 
 /// What is noted of changes that are about to be made; `None` if it cannot be put in writing.
@@ -59,7 +61,7 @@ pub(super) fn remove_notes(root: &Path, now: SystemTime) {
 
 fn read(root: &Path, note: PathBuf) -> Option<Interrupted> {
     let text = fs::read_to_string(&note).ok()?;
-    let mut run = Interrupted { note, changed: Vec::new(), unchanged: Vec::new() };
+    let mut run = Interrupted { note, changed: Vec::new(), unchanged: Vec::new(), staged: Vec::new() };
     let hash = |path: &Path| fs::read(path).map(|bytes| format!("{:016x}", stable_hash(&bytes))).ok();
     for line in text.lines().filter(|line| !line.starts_with('#')) {
         let [old, new, staged, target] = line.split('\t').collect::<Vec<_>>().try_into().ok()?;
@@ -68,6 +70,7 @@ fn read(root: &Path, note: PathBuf) -> Option<Interrupted> {
         if now.as_deref() == Some(new) {
             run.changed.push(target);
         } else {
+            run.staged.extend(source::is_staged(&staged).then(|| staged.clone()));
             let is_ready = now.as_deref() == Some(old) && hash(&staged).as_deref() == Some(new);
             run.unchanged.push((target, is_ready.then_some(staged)));
         }
@@ -96,8 +99,12 @@ impl Interrupted {
         Ok(())
     }
 
-    /// Takes away what it noted: nothing will be done or said about it any more.
+    /// Takes away what it noted and left: nothing will be done or said about it any more.
     pub fn forget(&self) {
+        for staged in &self.staged {
+            // What is left behind is taken away by the next run.
+            let _ = fs::remove_file(staged);
+        }
         // What is left behind is told once more.
         let _ = fs::remove_file(&self.note);
     }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::entry_errors::{described, with_method};
+use super::entry_errors::{described, is_of_std, with_method};
 use super::filters::{FilterSpec, Subject};
 use super::{CrateId, CrateInfo, Def, FunctionId, Index, ModuleId, Namespace, Owner, TraitName, Ty, TypeId};
 use crate::config::spelling::nearest;
@@ -94,6 +94,9 @@ impl Index {
             function.map_or(error, |def| self.is_something_else(word, def, &entry.target))
         })?;
         for def in &found {
+            if matches!(def, Def::External(path) if path.starts_with("std::")) {
+                return Err(is_of_std(word));
+            }
             if self.subject(def, &entry.target).is_none() {
                 return Err(self.is_something_else(word, def, &entry.target));
             }

@@ -9,6 +9,12 @@ use crate::config::spelling::nearest;
 use crate::config::{ConfigError, FilterTarget, GuardEntry, Word};
 use crate::syntax::tree::OpaqueMacro;
 
+/// An error for an entry about the standard library, all of whose types would be filters.
+pub(super) fn is_of_std(word: &Word) -> ConfigError {
+    let message = format!("`{}` is of the standard library, which has no filters", word.text);
+    ConfigError::at(word.place.clone(), message).help("name the type or the trait that has the update law")
+}
+
 impl Index {
     /// An error for a path that names a thing of another kind.
     pub(super) fn is_something_else(&self, word: &Word, def: &Def, target: &FilterTarget) -> ConfigError {

@@ -524,7 +524,11 @@ impl Index {
                     args: Vec::new(),
                 };
                 let target = self.lower_at(&alias.ty, &inner, depth + 1);
-                target.substitute(&named_args(&alias.generics, &args))
+                // What is not written is inferred: `Short::new(filter)`.
+                let given = |at: usize| args.get(at).cloned().unwrap_or(Ty::Unknown);
+                let params = alias.generics.params.iter().enumerate();
+                let named: Vec<(String, Ty)> = params.map(|(at, param)| (param.name.clone(), given(at))).collect();
+                target.substitute(&named)
             }
             Some(Def::Trait(id)) => {
                 Ty::Opaque(Arc::new(vec![TraitRef { name: TraitName::Local(id), args, assoc: Vec::new() }]))

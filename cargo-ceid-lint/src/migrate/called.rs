@@ -43,6 +43,7 @@ pub(super) fn called(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair]) -> Opt
         target: krate.target,
         head: def.function.keyword,
         kind: CycleKind::Function,
+        is_presumed: false,
         function: index.function_name(*function),
         period: cycle.period,
         filters,

@@ -88,6 +88,8 @@ pub struct Plan {
     pub whole: Span,
     /// The function it lies in.
     pub function: String,
+    /// Whether it is a function that gets its filters lent, and nothing says that it is called once per cycle.
+    pub is_helper: bool,
     /// The filters that it updates by hand, as the source spells them.
     pub filters: Vec<String>,
     /// The rewriting, or why there is none.

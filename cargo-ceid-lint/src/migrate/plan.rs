@@ -35,7 +35,7 @@ use crate::flow::Program;
 use crate::index::{FunctionId, Ty};
 use crate::project::Manners;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
 
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
 /// file.
@@ -94,7 +94,18 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
         _ if within.is_some() => None,
         _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition)),
     };
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, partly })
+    let is_able = outcome.is_ok() || partly.is_some();
+    let is_helper = is_able && cycle.is_presumed && by_hand.iter().all(|pair| is_lent(loops, cycle, pair));
+    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), is_helper, filters, outcome, partly })
+}
+
+/// Whether a filter of a function is lent to it by a parameter other than `self`.
+fn is_lent(loops: &Loops<'_>, cycle: &Cycle, pair: &Pair) -> bool {
+    let base = pair.name.split(['.', '[', '(']).next().unwrap_or_default();
+    let Some((function, ..)) = loops.at(cycle.head) else { return false };
+    let Some(body) = &loops.program.index.function(function).function.body else { return false };
+    let is_named = |pat: &PatId| matches!(&body.pat(*pat).kind, PatKind::Bind { name, .. } if name == base);
+    base != "self" && body.params.iter().any(is_named)
 }
 
 /// The rewriting of a function that a loop calls in each iteration.

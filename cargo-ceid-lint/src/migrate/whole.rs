@@ -78,6 +78,7 @@ pub(super) fn plan_of_a_law(of: &LoopBody<'_>, cycle: &Cycle) -> Option<Plan> {
         head: cycle.head,
         whole: of.span(of.whole).to(cycle.head),
         function: cycle.function.clone(),
+        is_helper: false,
         filters,
         outcome: Err(vec![Reason { span: cycle.head, text }]),
         partly: None,

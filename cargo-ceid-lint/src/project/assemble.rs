@@ -18,6 +18,7 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
         manifest_path: found.manifest_path.clone(),
         workspace_root: workspace.root.clone(),
         is_member: at < workspace.members,
+        is_default: workspace.default_members.contains(&at),
         is_reported: found.targets.iter().enumerate().any(|(index, _)| selected.contains(&(at, index))),
         dependencies: dependencies(workspace, found, &by_id),
         targets: found

@@ -84,6 +84,8 @@ pub struct Package {
     pub workspace_root: PathBuf,
     /// Whether it is a member of the workspace, and not a path dependency beside it.
     pub is_member: bool,
+    /// Whether a run that names no package checks it.
+    pub is_default: bool,
     /// Whether findings in it are reported; sources of other packages are read for types and summaries only.
     pub is_reported: bool,
     /// The names its code can call other crates by.

@@ -152,6 +152,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
             target: 0,
             head,
             kind: CycleKind::Loop,
+            is_presumed: false,
             function: "main".to_owned(),
             period: None,
             filters: vec![repeated, pair("yaw", Verdict::Once, &[1]), gated],
@@ -161,6 +162,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
             target: 0,
             head: function,
             kind: CycleKind::Function,
+            is_presumed: false,
             function: "main".to_owned(),
             period: None,
             filters: vec![unproved, skipped],
@@ -194,6 +196,7 @@ fn project() -> Project {
         cfg: CfgValues::default(),
         roots_left_out: Vec::new(),
         is_member: true,
+        is_default: true,
         is_partly_read: false,
         metadata: None,
     };

@@ -117,6 +117,7 @@ mod tests {
             cfg: CfgValues::default(),
             roots_left_out: Vec::new(),
             is_member: true,
+            is_default: true,
             is_partly_read: false,
             metadata: None,
         }

@@ -47,7 +47,8 @@ impl Infer<'_> {
                     self.expr(*arg, None);
                 }
                 self.typed.callees.insert(id, Callee::Unknown);
-                Ty::Unknown
+                // `make()()`: what a call gives says what it gives when it is called.
+                ty.called_as().map_or(Ty::Unknown, |(_, output)| output)
             }
         }
     }
@@ -320,9 +321,7 @@ impl Infer<'_> {
                 Ty::Array(Box::new(item), length)
             }
             "std::iter::repeat_with" | "std::iter::from_fn" => {
-                let item = self.closure_output(args.first().copied());
-                let named = args.first().and_then(|arg| self.output_of_named(*arg, &first, None));
-                builtin::iterator(if item == Ty::Unknown { named.unwrap_or(item) } else { item })
+                builtin::iterator(self.made_by_function(args.first().copied(), &first))
             }
             "std::iter::once" | "std::iter::repeat" | "std::iter::repeat_n" => builtin::iterator(first),
             "std::iter::zip" => builtin::iterator(Ty::Tuple(given.iter().map(|ty| self.item_ty(ty)).collect())),
@@ -337,6 +336,13 @@ impl Infer<'_> {
             }
             _ => Ty::Unknown,
         }
+    }
+
+    /// What a function that is handed over gives, a closure or one that is named.
+    fn made_by_function(&mut self, function: Option<ExprId>, found: &Ty) -> Ty {
+        let made = self.closure_output(function);
+        let named = function.and_then(|function| self.output_of_named(function, found, None));
+        if made == Ty::Unknown { named.unwrap_or(made) } else { made }
     }
 
     pub(super) fn closure_output(&self, arg: Option<ExprId>) -> Ty {
@@ -396,6 +402,10 @@ impl Infer<'_> {
         let wraps =
             builtin::is_transparent(last) && matches!(name, "new" | "pin" | "from" | "const_new" | "new_cyclic");
         if wraps && let Some(first) = given.last() {
+            // What is made on demand is what the function gives.
+            let is_lazy = matches!(last, "LazyLock" | "LazyCell" | "Lazy");
+            let made = is_lazy.then(|| self.made_by_function(args.last().copied(), first));
+            let first = made.as_ref().unwrap_or(first);
             let inner = match params.first() {
                 Some(param) => {
                     self.variables.unify(param, first);

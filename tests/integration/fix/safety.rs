@@ -367,6 +367,7 @@ fn what_a_killed_run_wrote_in_part_is_completed() {
     fix(&directory, &[]).assert_code(101).assert_stderr("take the changes of `src/lib.rs` back");
     assert_eq!(read(&directory, "src/a.rs"), "// old\n");
     assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
+    assert!(!directory.join("src/.ceid-lint-4294967295-1.tmp").exists());
 }
 
 /// A manifest with a dependency on ceid-core, whose sources are read then.

@@ -651,3 +651,43 @@ fn main() {
     let text = format!("{}{owned}{main}", &text[..text.find("fn main").unwrap_or_default()]);
     check("migrate_shared_owner", text, "`self` is a shared reference, and a guard changes what it holds");
 }
+
+#[test]
+fn helpers_that_nothing_calls_are_migrated_by_name_only() {
+    let code = "\
+pub trait SampledFilter { fn update(&mut self); }
+pub struct Ramp { at: f64, seen: f64 }
+impl SampledFilter for Ramp { fn update(&mut self) { self.at += 0.1 * (self.seen - self.at); } }
+pub struct Rig { ramp: Ramp }
+
+pub fn lent(ramp: &mut Ramp, seen: f64) {
+    ramp.seen = seen;
+    ramp.update();
+}
+
+impl Rig {
+    pub fn tick(&mut self, seen: f64) {
+        self.ramp.seen = seen;
+        self.ramp.update();
+    }
+}
+
+// ceid: cycle
+pub fn told(ramp: &mut Ramp, seen: f64) {
+    ramp.seen = seen;
+    ramp.update();
+}
+fn main() {}
+";
+    let directory = package("migrate_helpers", &[("rig".to_owned(), code.to_owned())]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_stderr(
+        "src/bin/rig.rs:6: `ramp` in `lent`: not migrated\n  nothing says that it is called once per cycle",
+    );
+    let text = binary(&directory, "rig");
+    let lent = &text[text.find("pub fn lent").expect("it is there")..text.find("impl Rig").expect("it is there")];
+    assert!(lent.contains("ramp.update();"), "{text}");
+    assert_eq!(text.matches(".begin_cycle()").count(), 2, "{text}");
+    let line = 1 + text.lines().position(|line| line.starts_with("pub fn lent")).expect("it is there");
+    migrate(&directory, &[&format!("src/bin/rig.rs:{line}")]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+}

@@ -149,7 +149,9 @@ impl Run<'_> {
     /// The plans that were asked for.
     fn chosen<'r>(&self, report: &'r Report) -> Result<Vec<Keyed<'r>>, String> {
         let plans = keyed(report);
-        let Asked::At(places) = &self.asked else { return Ok(plans) };
+        let Asked::At(places) = &self.asked else {
+            return Ok(plans.into_iter().filter(|keyed| !keyed.plan.is_helper).collect());
+        };
         let mut heads = BTreeSet::new();
         for (path, line) in places {
             let is_file = |span: Span| same_file(&report.sources.file(span.file).path, path);
@@ -184,6 +186,18 @@ impl Run<'_> {
             Asked::At(places) => places.iter().any(|place| is_at(head, place)),
         };
         let mut number = 0;
+        if !matches!(self.asked, Asked::At(_)) {
+            for plan in report.plans.iter().filter(|plan| plan.is_helper) {
+                let title = self.title(report, plan, &plan.filters);
+                self.console.warn(&format!(
+                    "{title}: not migrated\n  nothing says that it is called once per cycle: if it is, name it by \
+                     `cargo ceid-lint migrate {}:{}`",
+                    report.sources.file(plan.head.file).name,
+                    line(plan.head)
+                ));
+                number += 1;
+            }
+        }
         let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
         for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
             let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();

@@ -186,6 +186,9 @@ impl Builder<'_> {
             }
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
+                if let Some(place) = value.place.clone() {
+                    self.take_over_in(self.ty(args[0]).peel(), &place, &given, args[0]);
+                }
                 // A filter of longer standing goes on beside its copy.
                 match given.place.as_ref().is_some_and(|place| self.is_older(place)) {
                     true if self.program.index.copies_filter(self.ty(args[0])) => self.write_copy(value, &given, span),

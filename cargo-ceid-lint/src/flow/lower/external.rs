@@ -286,6 +286,9 @@ impl Builder<'_> {
         let is_option = self.is_option_of_references(self.ty(id));
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
         let new = new.cloned().unwrap_or(taken_out);
+        if let Some(given) = given {
+            self.take_over_in(self.ty(given).peel(), &place, &new, given);
+        }
         let writes = Assignment {
             place: place.clone(),
             from: new.place,

@@ -227,9 +227,29 @@ impl<'a> Builder<'a> {
 
     /// A state that laws gave back may take the place of the one before: that is the update. Answers whether it may.
     pub(super) fn take_over(&mut self, target: ExprId, place: &Place, value: &Value, source: ExprId) -> bool {
+        self.take_over_part(target, source);
+        self.take_over_in(self.ty(target).peel(), place, value, source)
+    }
+
+    /// A part of a state may get what a law gave back: how far it is ahead then, nothing tells.
+    fn take_over_part(&mut self, target: ExprId, source: ExprId) {
+        let ExprKind::Field { base, .. } = self.body().expr(target).kind else { return };
+        if self.program.index.returned_spec(self.ty(base).peel()).is_none() {
+            return;
+        }
+        let Some(place) = self.static_place(base) else { return };
+        let reads = self.reads_of(source);
+        if reads.into_iter().any(|var| Some(var) != place.base_var() && self.advanced.contains(&var)) {
+            let cause = Cause::Code("what a law gives back, put in its place part by part,".to_owned());
+            self.emit(Effect::Unknown { places: vec![place], cause }, self.span(target));
+        }
+    }
+
+    /// The same for what is no assignment, as `mem::replace(&mut state, next)`: the type of the state tells.
+    pub(super) fn take_over_in(&mut self, ty: &Ty, place: &Place, value: &Value, source: ExprId) -> bool {
         let Some(given) = value.place.clone() else { return false };
         let is_advanced = given.base_var().is_some_and(|var| self.advanced.contains(&var));
-        if !is_advanced && self.program.index.returned_spec(self.ty(target).peel()).is_none() {
+        if !is_advanced && self.program.index.returned_spec(ty).is_none() {
             return false;
         }
         let update = Update {
