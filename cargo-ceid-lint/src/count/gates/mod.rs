@@ -89,6 +89,8 @@ pub(super) struct Gates<'s, 'a> {
     /// See [`Self::calls_write`].
     written: OnceCell<BTreeSet<Place>>,
     reach: OnceCell<Vec<bool>>,
+    /// See [`Self::resets`].
+    resetting: RefCell<BTreeMap<NodeId, bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
     /// What the calls of the region answer, if that can be told.
     told: OnceCell<Vec<(NodeId, Told)>>,
@@ -142,6 +144,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             written: OnceCell::new(),
             reach: OnceCell::new(),
+            resetting: RefCell::default(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
             is_helper: false,
