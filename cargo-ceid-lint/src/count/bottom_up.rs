@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::answering::Answering;
 use super::callgraph::{by_return, calls_itself, levels};
 use super::given::{Given, GivenBase, given, instance_of};
 use super::instances::may_hold_filter;
@@ -20,8 +21,8 @@ const MAX_NESTED: usize = 32;
 
 impl Summaries {
     /// Computes the summaries of all functions, callees first; those that do not call each other side by side.
-    pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
-        let mut summaries = Self::default();
+    pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], answering: Answering) -> Self {
+        let mut summaries = Self { answering, ..Self::default() };
         for level in levels(graphs) {
             let (recursive, plain): (Vec<_>, Vec<_>) = level
                 .into_iter()

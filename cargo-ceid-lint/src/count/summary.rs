@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
+use super::answering::Answering;
 use super::answers::{Answers, answers};
 use super::bottom_up::{most_states, too_many_ways};
 use super::chosen_resets;
@@ -167,6 +168,8 @@ pub(super) struct Summaries {
     pub(super) open: BTreeSet<FunctionId>,
     /// Whether they call each other at all, or themselves.
     pub(super) is_recursion: bool,
+    /// Of which functions it matters what they answer.
+    pub(super) answering: Answering,
 }
 
 impl Summaries {
@@ -317,7 +320,7 @@ impl Summaries {
         stand_ins::add(program, graph, &mut summary);
         finished::find(graph, &aliases, self, &mut summary);
         // Answers decide nothing that a recursion has to settle.
-        if !self.is_recursion {
+        if !self.is_recursion && self.answering.matters(graph.function) {
             summary.answers = answers(program, graph, &aliases, self);
             let given = summary.answers.iter().fold(0, |heads, answer| heads | answer.returned);
             if !updates && returned::of_reader(program, graph.function, given) != given {

@@ -207,23 +207,6 @@ impl Index {
         }
     }
 
-    /// Whether a type has fields that are filters or hold some.
-    #[must_use]
-    pub fn has_filters_inside(&self, ty: &Ty) -> bool {
-        let ty = ty.peel();
-        let Ty::Adt(id, _) = ty else { return false };
-        let holds = |variant: Option<usize>, fields: &super::Fields| {
-            let mut types = fields.fields.iter().filter_map(|field| self.field_ty(ty, variant, &field.name));
-            types.any(|ty| self.holds_filter(&ty))
-        };
-        match &self.type_def(*id).shape {
-            super::Shape::Struct(fields) => holds(None, fields),
-            super::Shape::Enum(variants) => {
-                variants.iter().enumerate().any(|(number, variant)| holds(Some(number), &variant.fields))
-            }
-        }
-    }
-
     /// Whether the filters that a value of the type leads to all lie behind references, so that moving it moves none of them.
     #[must_use]
     pub fn refers_to_filters(&self, ty: &Ty) -> bool {

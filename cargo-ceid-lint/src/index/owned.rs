@@ -59,6 +59,23 @@ fn holders(mut found: FxHashSet<TypeId>, fields: &[(TypeId, Vec<Ty>)]) -> FxHash
 }
 
 impl Index {
+    /// Whether a type has fields that are filters or hold some.
+    #[must_use]
+    pub fn has_filters_inside(&self, ty: &Ty) -> bool {
+        let ty = ty.peel();
+        let Ty::Adt(id, _) = ty else { return false };
+        let holds = |variant: Option<usize>, fields: &super::Fields| {
+            let mut types = fields.fields.iter().filter_map(|field| self.field_ty(ty, variant, &field.name));
+            types.any(|ty| self.holds_filter(&ty))
+        };
+        match &self.type_def(*id).shape {
+            super::Shape::Struct(fields) => holds(None, fields),
+            super::Shape::Enum(variants) => {
+                variants.iter().enumerate().any(|(number, variant)| holds(Some(number), &variant.fields))
+            }
+        }
+    }
+
     /// Whether a destructor of the analysed code may run where a value of the type is dropped.
     #[must_use]
     pub fn leads_to_destructor(&self, ty: &Ty) -> bool {

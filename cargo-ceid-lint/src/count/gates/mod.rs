@@ -24,6 +24,7 @@ mod passed;
 mod per_element;
 mod rate;
 mod reach;
+mod reading;
 mod ready;
 mod recalled;
 mod remembered;
@@ -46,6 +47,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
 pub(super) use kept::KeptMode;
+pub(super) use reading::is_received;
 pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_from;
 use signals::Signals;
@@ -60,11 +62,6 @@ use super::verdict::Gate;
 use crate::config::TimeBase;
 use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
-
-/// Whether a test asks about something that was received in this iteration.
-pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
-    Gates::new(search, region).asks_message(test)
-}
 
 /// What is asked of one filter in one cycle.
 pub(super) struct Gates<'s, 'a> {
@@ -91,6 +88,8 @@ pub(super) struct Gates<'s, 'a> {
     /// See [`Self::calls_write`].
     written: OnceCell<BTreeSet<Place>>,
     reach: OnceCell<Vec<bool>>,
+    /// See [`Self::resets`].
+    resetting: RefCell<BTreeMap<NodeId, bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
     /// What the calls of the region answer, if that can be told.
     told: OnceCell<Vec<(NodeId, Told)>>,
@@ -144,6 +143,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             written: OnceCell::new(),
             reach: OnceCell::new(),
+            resetting: RefCell::default(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
             is_helper: false,

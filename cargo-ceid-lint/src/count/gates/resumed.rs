@@ -144,6 +144,15 @@ impl Gates<'_, '_> {
 
     /// Whether a node resets the filter, or calls a function each of whose ways does.
     pub(super) fn resets(&self, node: NodeId) -> bool {
+        let known = self.resetting.borrow().get(&node).copied();
+        known.unwrap_or_else(|| {
+            let resets = self.finds_reset(node);
+            self.resetting.borrow_mut().insert(node, resets);
+            resets
+        })
+    }
+
+    fn finds_reset(&self, node: NodeId) -> bool {
         match &self.search.graph.node(node).effect {
             Effect::Reset { place, full } => *full && self.is_held_by(place),
             // A name that is given to the filter replaces nothing: `for voice in &mut voices`.

@@ -1,18 +1,13 @@
 //! Conditions that change once or never: latches and settings.
 
-use super::{Gates, Way, contains_any};
+use super::{Gates, Way};
 use crate::count::cycles::named;
-use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::flow::{
     Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
     Var,
 };
-use crate::index::{Shape, Ty};
-
-/// Parts of the names of parameters and types that hold settings.
-const SETTING_WORDS: &[&str] =
-    &["conf", "cfg", "setting", "param", "option", "opts", "tuning", "calib", "limit", "gain", "const", "setup"];
+use crate::index::Ty;
 
 /// How many copies are followed to the latch that they are of.
 const MAX_COPIES: u32 = 6;
@@ -448,38 +443,6 @@ impl Gates<'_, '_> {
             && self.search.aliases.roots(place).len() == 1
     }
 
-    /// Whether a place is a number or flag in a struct that a cycle function is called with, of readings rather than of settings.
-    pub(super) fn is_reading(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
-        let param = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some());
-        let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
-            return false;
-        };
-        let index = self.search.program.index;
-        if is_block(&info.ty) {
-            return true;
-        }
-        let says_so = |name: &str| contains_any(name, SETTING_WORDS);
-        let is_setting = says_so(&info.name) || says_so(&index.type_name(&info.ty));
-        // What lies behind an exclusive reference is a state of the caller's, as the resources of a task are.
-        let is_state = || matches!(info.ty, Ty::Ref(true, _)) || is_lent(index, graph, place);
-        let is_struct = |id| matches!(index.type_def(id).shape, Shape::Struct(_));
-        let is_called_so =
-            |step: &Projection| matches!(step, Projection::Field(name) if contains_any(name, SETTING_WORDS));
-        let is_told = match self.ty(place) {
-            Some(Ty::Float) => !place.steps.iter().any(is_called_so),
-            // A method tells of it: `sample.rate.value()`.
-            Some(ty @ Ty::Adt(id, _)) if is_struct(id) => {
-                !is_state() && !place.steps.iter().any(is_called_so) && !says_so(&index.type_name(&ty))
-            }
-            Some(Ty::Bool | Ty::Int) => !is_state(),
-            // What another crate hands over by value is made anew for each call.
-            None | Some(Ty::Unknown) => matches!(info.ty, Ty::External(..)) && !is_state(),
-            _ => false,
-        };
-        !place.steps.is_empty() && is_told && !is_setting
-    }
-
     /// Whether a function leaves a place as its caller gave it.
     pub(super) fn is_left_alone(&self, place: &Place) -> bool {
         !self.calls_write(place)
@@ -487,15 +450,5 @@ impl Gates<'_, '_> {
                 Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
                 _ => false,
             })
-    }
-}
-
-/// Whether a parameter is a sample or a block of them, which the caller fills anew for each call: `fn process(&mut self, block: &mut [f32])`.
-fn is_block(ty: &Ty) -> bool {
-    let Ty::Ref(_, of) = ty else { return false };
-    match &**of {
-        Ty::Float => true,
-        Ty::Slice(of) | Ty::Array(of, _) => matches!(**of, Ty::Float | Ty::Int),
-        _ => false,
     }
 }

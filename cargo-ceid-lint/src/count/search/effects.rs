@@ -39,10 +39,10 @@ impl Run<'_, '_> {
         let before = masks;
         let trusts_laws = self.mode.is_some_and(|mode| mode.trusts_laws);
         let is_trusted = trusts_laws && site.law_of.is_some() && !self.is_receiver(state, site);
-        for (place, given) in called.writes.iter().filter(|_| !is_trusted) {
-            masks = self.written(masks, place, given.as_ref());
-        }
-        masks = self.killed(masks, &Place::var(site.result));
+        masks = match is_trusted {
+            true => self.killed(masks, &Place::var(site.result)),
+            false => self.behind_writes(state.node, masks, &called, site),
+        };
         let state = State { masks, ..state.clone() };
         let mut after: Vec<State> = Vec::new();
         let is_receiver = called.effects.iter().any(|effect| effect.is_of_others) && self.is_receiver(&state, site);

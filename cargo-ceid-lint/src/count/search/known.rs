@@ -95,9 +95,9 @@ impl Run<'_, '_> {
 
     /// A branch is taken, as far as what is known lets it be.
     pub(super) fn branch(&mut self, at: usize, state: &State, test: &Test) {
-        let next = self.search.graph.node(state.node).next.clone();
+        let graph = self.search.graph;
         let tracked = test.subject.and_then(|subject| self.tracked.subjects.iter().position(|id| *id == subject));
-        for (number, to) in next.into_iter().enumerate() {
+        for (number, to) in graph.node(state.node).next.iter().copied().enumerate() {
             // A constant that is written out is known. Before the update it is still a setting, which another build may have otherwise.
             if test.about.constant.is_some_and(|holds| holds != (number == 0)) && state.count != Count::Zero {
                 continue;
@@ -134,24 +134,25 @@ impl Run<'_, '_> {
     /// A place may have been written, with one of these heads if they are known.
     pub(super) fn written(&mut self, masks: u32, place: &Place, given: Option<&GivenHeads>) -> u32 {
         let graph = self.search.graph;
+        let changing = self.changed_with(place);
+        if changing.is_empty() && self.of_element.is_empty() {
+            return masks;
+        }
         let mut all = self.masks.get(masks).clone();
-        let mut changed = false;
-        for (at, id) in self.tracked.subjects.iter().enumerate() {
-            if self.search.read_by(*id).is_changed_with(place) {
-                self.keep_assumed(&mut all, at);
-                let subject = &graph.subjects[id.0 as usize];
-                let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
-                let goes_on = self.counts_once(subject, place);
-                all[at] = match given.filter(|_| subject.whole.as_ref() == Some(place)) {
-                    Some(given) => {
-                        let before = if given.surely { 0 } else { all[at] };
-                        given.heads.iter().fold(before, |mask, head| mask | subject.bit(head))
-                    }
-                    None if goes_on && is_past => subject.bit(PAST),
-                    None => subject.anything(),
-                };
-                changed = true;
-            }
+        let mut changed = !changing.is_empty();
+        for at in changing.iter().copied() {
+            self.keep_assumed(&mut all, at);
+            let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
+            let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
+            let goes_on = self.counts_once(subject, place);
+            all[at] = match given.filter(|_| subject.whole.as_ref() == Some(place)) {
+                Some(given) => {
+                    let before = if given.surely { 0 } else { all[at] };
+                    given.heads.iter().fold(before, |mask, head| mask | subject.bit(head))
+                }
+                None if goes_on && is_past => subject.bit(PAST),
+                None => subject.anything(),
+            };
         }
         for (at, own) in (self.first_of_element()..).zip(&self.of_element) {
             if own.state.overlaps(place) {

@@ -22,6 +22,7 @@ mod other_names;
 mod pointed;
 mod presence;
 mod reach;
+mod recurring;
 mod rounds;
 mod run;
 mod set_by_calls;
@@ -146,7 +147,7 @@ impl<'a> Search<'a> {
         law: usize,
         dependence: &'a ControlDependence,
     ) -> Self {
-        let covering = covering_loops(program.index, graph, aliases, instance);
+        summaries.answering.note_search(graph.function);
         let mut search = Self {
             program,
             graph,
@@ -157,7 +158,7 @@ impl<'a> Search<'a> {
             sample_loops: BTreeSet::new(),
             behind: super::behind::types_behind(program.index, graph, instance),
             is_one_of_many: false,
-            covering,
+            covering: covering_loops(program.index, graph, aliases, instance),
             dependence,
             called: RefCell::default(),
             reads: RefCell::default(),

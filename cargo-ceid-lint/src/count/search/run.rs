@@ -52,6 +52,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) reduced: FxHashMap<(u32, u32), u32>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
     pub(super) of_caller: Vec<super::shared::OfCaller>,
+    /// What each state asks for that comes by.
+    pub(super) recurring: super::recurring::Recurring,
     /// The states of the element that the instance is or lies in, which several branches ask for by names of their own.
     pub(super) of_element: Vec<super::known::OfElement>,
 }
@@ -81,6 +83,7 @@ impl<'s, 'a> Run<'s, 'a> {
             needed: None,
             reduced: FxHashMap::default(),
             of_caller: Vec::new(),
+            recurring: super::recurring::Recurring::default(),
             of_element: search.of_element(region),
         }
     }
@@ -196,12 +199,12 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
-        let next = self.search.graph.node(state.node).next.clone();
+        let graph = self.search.graph;
         let by_other_name = self.written_by_other_name(state);
-        for to in next {
-            self.follow(at, state.clone(), to);
+        for to in &graph.node(state.node).next {
+            self.follow(at, state.clone(), *to);
             if let Some(state) = &by_other_name {
-                self.follow(at, state.clone(), to);
+                self.follow(at, state.clone(), *to);
             }
         }
     }

@@ -121,7 +121,8 @@ impl Search<'_> {
             roots
         };
         let roots = shared.flat_map(names);
-        let places = subject.reads.iter().cloned().chain(roots).collect();
+        let places: BTreeSet<Place> = subject.reads.iter().cloned().chain(roots).collect();
+        let places = places.into_iter().collect();
         let reads = Rc::new(Reads { places, is_presence });
         self.reads.borrow_mut().insert(id, Rc::clone(&reads));
         reads
@@ -155,8 +156,8 @@ impl Search<'_> {
 /// What the value of a subject depends on.
 #[derive(Debug)]
 pub(super) struct Reads {
-    /// The places, by each of their names.
-    places: BTreeSet<Place>,
+    /// The places, by each of their names, in their order.
+    places: Vec<Place>,
     /// Whether it is asked only whether something is there.
     is_presence: bool,
 }
@@ -171,7 +172,8 @@ impl Reads {
     /// holds. What a constant stands for does.
     pub(super) fn is_changed_with(&self, place: &Place) -> bool {
         let is_inside = |read: &Place| self.is_presence && place.steps.len() > read.steps.len();
-        let near = self.places.range(Place { base: place.base, steps: Vec::new() }..);
+        let first = self.places.partition_point(|read| read.base < place.base);
+        let near = self.places[first..].iter();
         near.take_while(|read| read.base == place.base).any(|read| read.overlaps(place) && !is_inside(read))
     }
 }

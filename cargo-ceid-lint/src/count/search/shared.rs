@@ -1,9 +1,10 @@
 //! Conditions that a function and its callers share: what a way assumes of them, and which ways of a call they leave.
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 use super::run::Run;
-use super::{Called, Search, State};
+use super::{Search, State};
 use crate::count::answers::Answer;
 use crate::count::assumed::{Assumed, Heads, is_open_to};
 use crate::count::counts::Count;
@@ -184,9 +185,10 @@ impl Run<'_, '_> {
         if assumed.is_empty() && left.is_empty() {
             return Some(masks);
         }
-        let called = self.search.called(site);
-        let before = self.masks.get(before).clone();
-        let mut all = self.masks.get(masks).clone();
+        let asked_of = self.asked_of(site);
+        let before = self.masks.shared(before);
+        // Most ways through a call cannot be taken, and need no copy of what is known.
+        let mut all = self.masks.shared(masks);
         for (given, heads) in assumed {
             // What is given may be a constant.
             if let Some(head) = argument(given, site).and_then(|argument| argument.head.as_ref()) {
@@ -195,22 +197,24 @@ impl Run<'_, '_> {
                 }
                 return None;
             }
-            let Some(at) = self.tracked_as(given, &called) else { continue };
+            let Some(asked) = asked_of.get(given) else { continue };
+            let at = asked.at;
             let allowed = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
             if before[at] & allowed == 0 {
                 return None;
             }
             let first = self.before_first_write(at);
-            if !self.is_written_by(at, &called) {
-                all[at] &= allowed;
-            } else if heads.is_kept && self.is_lent_once(at, site) {
+            if !self.is_written_by(asked, site) {
+                Rc::make_mut(&mut all)[at] &= allowed;
+            } else if heads.is_kept && self.is_lent_once(asked, site) {
+                let all = Rc::make_mut(&mut all);
                 all[at] = before[at] & allowed;
                 if let Some(first) = first {
                     all[first] = before[first];
                 }
             } else if let Some(first) = first.filter(|first| before[*first] == UNWRITTEN) {
                 // What the call writes may have another head behind it.
-                all[first] &= allowed;
+                Rc::make_mut(&mut all)[first] &= allowed;
             }
             if all[at] == 0 {
                 return None;
@@ -219,31 +223,13 @@ impl Run<'_, '_> {
         let is_trusted = site.law_of.is_some() && self.mode.is_some_and(|mode| mode.trusts_laws);
         let is_left = |given: &Given| !is_trusted && is_left_there(self.search.program.index, given, site);
         for (given, heads) in left.iter().filter(|(given, _)| is_left(given)) {
-            let Some(at) = self.tracked_as(given, &called) else { continue };
-            if self.is_written_by(at, &called) && self.is_lent_once(at, site) {
-                all[at] = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
+            let Some(asked) = asked_of.get(given) else { continue };
+            if self.is_written_by(asked, site) && self.is_lent_once(asked, site) {
+                let at = asked.at;
+                Rc::make_mut(&mut all)[at] =
+                    heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
             }
         }
-        Some(self.masks.intern(all))
-    }
-
-    /// Which of the tracked subjects a call knows by that place.
-    fn tracked_as(&self, given: &Given, called: &Called) -> Option<usize> {
-        let id = called.asked.get(given)?;
-        self.tracked.subjects.iter().position(|tracked| tracked == id)
-    }
-
-    /// Whether a call may write what a tracked subject reads.
-    fn is_written_by(&self, at: usize, called: &Called) -> bool {
-        let reads = self.search.read_by(self.tracked.subjects[at]);
-        called.writes.keys().any(|place| reads.is_changed_with(place))
-    }
-
-    /// Whether a call gets what a condition asks for by one argument only, so that no other one changes it unseen.
-    fn is_lent_once(&self, at: usize, site: &CallSite) -> bool {
-        let search = self.search;
-        let reads = search.read_by(self.tracked.subjects[at]);
-        let lends = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| reads.is_changed_with(root));
-        site.args.iter().filter_map(|arg| arg.place.as_ref()).filter(|place| lends(place)).count() <= 1
+        Some(self.masks.intern_shared(all))
     }
 }

@@ -1,5 +1,7 @@
 //! States that laws give back: how far each is ahead of the one in the instance's place, until it takes that place.
 
+use std::borrow::Cow;
+
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
@@ -57,15 +59,19 @@ const KEEPS_STATE: &[&str] = &[
 ];
 
 /// The ways through a function for what it gets by value: what it does to it is done to what it gives back.
-pub(super) fn by_value(outcomes: &[Outcome], place: &Place, site: &CallSite) -> Vec<Outcome> {
+pub(super) fn by_value<'o>(outcomes: &'o [Outcome], place: &Place, site: &CallSite) -> Cow<'o, [Outcome]> {
     let is_given = site.handed().is_some_and(|(_, before)| before == place);
     let is_moved = site.hands.as_ref().is_some_and(|(number, _)| site.args[*number].is_moved);
+    // Most calls hand no state on, and are looked at for each state of a search.
+    if !is_given || !is_moved {
+        return Cow::Borrowed(outcomes);
+    }
     let mut outcomes = outcomes.to_vec();
-    for outcome in outcomes.iter_mut().filter(|_| is_given && is_moved) {
+    for outcome in &mut outcomes {
         outcome.ahead = outcome.total();
         outcome.count = Count::Zero;
     }
-    outcomes
+    Cow::Owned(outcomes)
 }
 
 /// What is left of a way when the state before it is forgotten.
@@ -320,7 +326,8 @@ impl Run<'_, '_> {
         site: &CallSite,
     ) -> Vec<(State, returned::Heads)> {
         let Some((result, given)) = site.handed() else { return states };
-        let outcomes = by_value(&self.search.summaries.handed(site, self.search.law), given, site);
+        let handed = self.search.summaries.handed(site, self.search.law);
+        let outcomes = by_value(&handed, given, site);
         let mut after = Vec::new();
         for (state, heads) in states {
             let Some(base) = self.ahead_at(&state, given) else {
@@ -338,7 +345,7 @@ impl Run<'_, '_> {
                 let versions = self.with_version(state.versions, result, ahead);
                 add(State { versions, ..state.clone() }, heads);
             }
-            for outcome in &outcomes {
+            for outcome in outcomes.iter() {
                 let ahead = if base == UNTOLD { UNTOLD } else { base.then(outcome.ahead) };
                 let versions = self.with_version(state.versions, result, ahead);
                 let unknown = outcome.unknown.as_ref().map(|cause| self.cause(cause)).or(state.unknown);
