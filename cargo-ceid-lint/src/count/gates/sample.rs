@@ -135,6 +135,18 @@ impl Gates<'_, '_> {
                 extend(fed, &arg.from);
             }
         }
+        // What another filter of the owner gives there: `fn steer(&mut self) { self.pid.update(self.goal - self.estimate.value()); }`
+        let index = self.search.program.index;
+        let is_filter = |place: &Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
+        fed.places.extend(self.objects_fed_from(site, is_it).into_iter().filter(is_filter));
+    }
+
+    /// The objects from which a call feeds a filter that it gets together with them.
+    fn objects_fed_from(&self, site: &CallSite, is_it: &dyn Fn(&Place) -> bool) -> Vec<Place> {
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        let own = |filter: &Given| place_of(filter, site).is_some_and(|place| is_it(&place));
+        let fed = summaries.flat_map(|summary| summary.feeds_from.iter()).filter(|(filter, _)| own(filter));
+        fed.flat_map(|(_, from)| from).filter_map(|from| place_of(from, site)).collect()
     }
 
     /// The objects from which functions feed the filter that get it together with them: `self.service()`.
@@ -145,11 +157,7 @@ impl Gates<'_, '_> {
             if site.law_of.is_some() || !self.concerns(site) {
                 continue;
             }
-            for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
-                let own = |filter: &Given| place_of(filter, site).is_some_and(|place| self.is_instance(&place));
-                let fed = summary.feeds_from.iter().filter(|(filter, _)| own(filter)).flat_map(|(_, from)| from);
-                objects.extend(fed.filter_map(|from| place_of(from, site)));
-            }
+            objects.extend(self.objects_fed_from(site, &|place| self.is_instance(place)));
         }
         objects
     }
