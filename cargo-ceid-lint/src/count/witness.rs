@@ -77,8 +77,8 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 updates += 1;
                 let is_by_guard = update.run_by.is_guard();
                 let is_shown = steps.iter().any(|step| step.span == node.span && step.message == BY_GUARD);
-                if is_by_guard && !is_shown {
-                    steps.splice(1..1, guard_made(graph, &nodes[number..]));
+                if let Some(made) = guard_made(graph, &nodes[number..]).filter(|_| is_by_guard) {
+                    insert_in_order(&mut steps, made);
                 }
                 let how = match is_by_guard {
                     true if is_shown => format!("{} update{}", ordinal(updates), WAYS_AGAIN[1]),
@@ -167,10 +167,17 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     }
     let again = steps.iter().find(|step| step.message.ends_with(WAYS_AGAIN[0])).map(|step| step.span);
     if let Some(span) = again.and_then(|place| keyword_around(search, region, &nodes, place)) {
-        let first = steps.iter().skip(1).position(|step| step.span > span).map_or(steps.len(), |at| at + 1);
-        steps.insert(first, WitnessStep { span, message: GOES_ROUND.to_owned() });
+        insert_in_order(&mut steps, WitnessStep { span, message: GOES_ROUND.to_owned() });
     }
     steps
+}
+
+/// Puts a step before the first one that stands behind it in the source, the head of the cycle apart.
+fn insert_in_order(steps: &mut Vec<WitnessStep>, step: WitnessStep) {
+    let at = steps.iter().skip(1).position(|other| other.span > step.span);
+    if !steps.contains(&step) {
+        steps.insert(at.map_or(steps.len(), |at| at + 1), step);
+    }
 }
 
 /// The keyword of the loop within a region whose rounds come to a place again and again.

@@ -219,10 +219,8 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
     let primary = pair.primary?;
     // What runs twice at one place says how it comes there again.
     let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
-    let is_by_hand =
-        |step: &WitnessStep| step.message.starts_with("first update") || step.message.starts_with("second update");
+    let by_other_guard = pair.witness.iter().any(|step| step.message.ends_with(WAYS_AGAIN[1]));
     let by_guard = pair.witness.iter().find(|step| step.message == BY_GUARD);
-    let is_beside = by_guard.is_some() && pair.witness.iter().any(is_by_hand);
     let is_last = by_guard.is_some_and(|step| step.span == primary);
     let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
     let mut finding = start(rule, cycle, &[pair], message, primary, &format!("updated again here{how}"));
@@ -231,7 +229,8 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
         pair.name
     ));
     finding.helps.push(match siblings.as_slice() {
-        [] if is_beside => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
+        [] if by_other_guard => format!("register `{}` with one of the guards only", pair.name),
+        [] if by_guard.is_some() => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
         [] => "keep one of the updates".to_owned(),
         siblings => format!("update {} here instead", quoted(siblings)),
     });
