@@ -15,6 +15,9 @@ const MAX_ROUNDS: u64 = 8;
 /// What a round binds: each part with its name, if it has one, and what it is computed from.
 type Round = Vec<(PatId, Option<Head>, ExprId)>;
 
+/// A row of a table: the name of each part, if it has one, and where it is written.
+type Row = Vec<(Option<Head>, ExprId)>;
+
 impl Builder<'_> {
     /// Writes out a loop whose rounds have names, or numbers, by which its body selects what it works on; answers whether it is one.
     pub(super) fn unrolled(
@@ -93,9 +96,7 @@ impl Builder<'_> {
             return is_chosen.then(|| numbers.into_iter().map(round).collect());
         }
         let rows = self.rows(iterable, pats.len())?;
-        let round = |row: Vec<(Option<Head>, Option<ExprId>)>| {
-            pats.iter().zip(row).map(|(pat, (head, from))| (*pat, head, from.unwrap_or(iterable))).collect::<Round>()
-        };
+        let round = |row: Row| pats.iter().zip(row).map(|(pat, (head, from))| (*pat, head, from)).collect::<Round>();
         let rounds: Vec<Round> = rows.into_iter().map(round).collect();
         let is_named = |at: usize| {
             let local = self.typed().pat_local.get(&pats[at]);
@@ -104,22 +105,20 @@ impl Builder<'_> {
         (0..pats.len()).any(is_named).then_some(rounds)
     }
 
-    /// The rows of a table of so many columns without filters, written there or in a constant: the name of each part, if it has one, and
-    /// where it is written.
-    fn rows(&self, iterable: ExprId, columns: usize) -> Option<Vec<Vec<(Option<Head>, Option<ExprId>)>>> {
+    /// The rows of a table of so many columns without filters, written there or in a constant.
+    fn rows(&self, iterable: ExprId, columns: usize) -> Option<Vec<Row>> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
         if let Some(Def::Value(value)) = own.typed.expr_def.get(&items) {
             let is_static = self.program.index.value(*value).item.is_static;
             let written = |own: Constants<'_>| rows_in(own, plain_items(own.body, own.body.root), columns);
-            let rows = in_constant(self.program, *value, written).flatten().filter(|_| !is_static)?;
-            return Some(rows.into_iter().map(|row| row.into_iter().map(|(head, _)| (head, None)).collect()).collect());
+            let mut rows = in_constant(self.program, *value, written).flatten().filter(|_| !is_static)?;
+            // Where it is written is no place of this function.
+            rows.iter_mut().flatten().for_each(|(_, part)| *part = iterable);
+            return Some(rows);
         }
-        let rows = rows_in(own, items, columns)?;
         let is_data = |(_, part): &(Option<Head>, ExprId)| !self.may_hold_filter(self.ty(*part));
-        rows.iter().flatten().all(is_data).then(|| {
-            rows.into_iter().map(|row| row.into_iter().map(|(head, part)| (head, Some(part))).collect()).collect()
-        })
+        rows_in(own, items, columns).filter(|rows| rows.iter().flatten().all(is_data))
     }
 
     /// The names that a loop goes over: variants of an enum, texts or truth values, written there or in a constant.
@@ -251,7 +250,7 @@ fn names_in(own: Constants<'_>, items: ExprId) -> Option<Vec<Head>> {
 }
 
 /// The rows in an array of tuples of so many parts: the name of each part, if it has one.
-fn rows_in(own: Constants<'_>, items: ExprId, columns: usize) -> Option<Vec<Vec<(Option<Head>, ExprId)>>> {
+fn rows_in(own: Constants<'_>, items: ExprId, columns: usize) -> Option<Vec<Row>> {
     let row = |element: &ExprId| match &own.body.expr(*element).kind {
         ExprKind::Tuple(parts) if parts.len() == columns => {
             let head = |part: ExprId| own.head(part).filter(|_| names_one(own, part));
