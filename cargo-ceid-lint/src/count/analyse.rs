@@ -12,7 +12,7 @@ use super::dispatched;
 use super::effort::Effort;
 use super::fields::{Fields, touched_fields, touched_statics, updated_fields};
 use super::function_facts::function_facts;
-use super::functions::{FunctionKind, called_functions, function_kind, is_law, kept_in_tables, reached_from_cycles};
+use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::generic_cycles;
 use super::handles::{self, Handles, Joined};
 use super::instances::{leaves, place_ty};
@@ -58,8 +58,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
 /// The same, where it is told of which functions the answers matter; nothing if these turn out to be too few.
 fn analyse_with(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], answering: Answering) -> Option<Analysis> {
     let summaries = Summaries::compute(program, graphs, answering);
-    let mut called = called_functions(program.index, graphs);
-    called.extend(kept_in_tables(program, graphs));
+    let called = called_functions(program.index, graphs);
     let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
     // What is written is judged once, and the loops of its instances for the types that are known.
     let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;

@@ -7,12 +7,9 @@ use super::given::{Given, GivenBase};
 use super::instances::{may_hold_filter, place_ty};
 use super::summary::Summaries;
 use crate::flow::{CallSite, ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
-use crate::index::{
-    BodyOwner, CrateInfo, FilterSpec, FunctionId, Index, ModuleId, Owner, Subject, TraitName, Ty, ValueId,
-};
+use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, ModuleId, Owner, Subject, TraitName, Ty};
 use crate::syntax::CycleDirective;
-use crate::syntax::tree::{Body, ExprId, ExprKind, Receiver};
-use crate::types::{TypedBody, infer};
+use crate::syntax::tree::Receiver;
 
 /// What one call of a function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,50 +39,6 @@ pub(super) fn called_while_made(index: &Index, graphs: &[Option<ControlFlowGraph
         def.is_pub_method && def.function.receiver == Some(Receiver::Exclusive) && !others.contains(id)
     });
     called
-}
-
-/// The functions that stand in a table or a struct, from which analysed code calls them: `const OPS: [fn(&mut Cpu); 256] = [Cpu::inc, …]`.
-pub(super) fn kept_in_tables(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<FunctionId> {
-    let index = program.index;
-    let mut found = BTreeSet::new();
-    for graph in graphs.iter().flatten().filter(|graph| !is_outside(index, graph.function)) {
-        if let (Some(body), Some(typed)) =
-            (&index.function(graph.function).function.body, program.typed(graph.function))
-        {
-            add_kept(body, typed, &mut found);
-        }
-    }
-    for (value, def) in (0u32..).map(ValueId).zip(&index.values) {
-        let body = def.item.value.as_ref().filter(|body| kept_in(body).any(|path| is_named_as_function(body, path)));
-        if let Some((body, typed)) = body.and_then(|body| Some((body, infer(index, BodyOwner::Value(value))?))) {
-            add_kept(body, &typed, &mut found);
-        }
-    }
-    found
-}
-
-fn add_kept(body: &Body, typed: &TypedBody, found: &mut BTreeSet<FunctionId>) {
-    found.extend(kept_in(body).filter_map(|path| typed.items.get(&path)).flat_map(|item| &item.targets));
-}
-
-/// The paths that are elements of arrays or fields of structs.
-fn kept_in(body: &Body) -> impl Iterator<Item = ExprId> {
-    let parts = body.exprs.iter().flat_map(|expr| match &expr.kind {
-        ExprKind::Array { elements, .. } => elements.clone(),
-        ExprKind::Struct { fields, .. } => fields.iter().map(|(_, value)| *value).collect(),
-        ExprKind::Tuple(parts) => parts.clone(),
-        _ => Vec::new(),
-    });
-    let named = parts.map(|part| match &body.expr(part).kind {
-        ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => *value,
-        _ => part,
-    });
-    named.filter(|part| matches!(body.expr(*part).kind, ExprKind::Path(_)))
-}
-
-/// Whether a path ends as the names of functions do.
-fn is_named_as_function(body: &Body, path: ExprId) -> bool {
-    matches!(&body.expr(path).kind, ExprKind::Path(path) if path.last().starts_with(|first: char| first.is_lowercase() || first == '_'))
 }
 
 fn called_by(
@@ -206,7 +159,8 @@ pub(super) fn function_kind(
     if !is_endless && index.is_declared_cycle(id) {
         return FunctionKind::Cycle;
     }
-    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
+    let is_called = called.contains(&id) || program.callables.is_listed(index.origin(id));
+    if is_called || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }
     FunctionKind::Presumed

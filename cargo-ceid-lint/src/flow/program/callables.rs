@@ -17,6 +17,8 @@ pub struct Callables {
     known: Vec<Callable>,
     /// Those that functions are called with, by the function and the number of the parameter; `None` where something else is given.
     given: FxHashMap<(FunctionId, usize), Option<Vec<Place>>>,
+    /// The functions that stand in a table or a struct of what is no test, from which the code calls them: `const OPS: [fn(&mut Cpu); 256]`.
+    listed: FxHashSet<FunctionId>,
     /// Whether something that was not read may have made another one.
     has_unread: bool,
 }
@@ -69,6 +71,10 @@ impl Callables {
         let called: FxHashSet<ExprId> = body.exprs.iter().filter_map(|expr| callee(&expr.kind)).collect();
         self.collect_given(owner, body, typed, &called);
         let consumed = consumed(body, typed, names);
+        if !matches!(owner, BodyOwner::Function(function) if index.function(function).is_test) {
+            let listed = listed(body).filter_map(|path| typed.items.get(&path));
+            self.listed.extend(listed.flat_map(|item| &item.targets));
+        }
         for (number, expr) in (0u32..).zip(&body.exprs) {
             let id = ExprId(number);
             let (params, is_told) = match &expr.kind {
@@ -93,6 +99,12 @@ impl Callables {
             };
             self.known.push(Callable { owner, expr: id, params, is_told });
         }
+    }
+
+    /// Whether a function stands in a table or a struct, from which it is called.
+    #[must_use]
+    pub fn is_listed(&self, function: FunctionId) -> bool {
+        self.listed.contains(&function)
     }
 
     /// Notes what functions are called with; one that is named without being called may get anything.
@@ -157,6 +169,20 @@ impl Callables {
         let found: Vec<_> = found.collect::<Option<_>>()?;
         (1..=MAX_CALLABLES).contains(&found.len()).then_some(found)
     }
+}
+
+/// The elements of arrays and tuples and the fields of structs, without what only changes their type.
+fn listed(body: &Body) -> impl Iterator<Item = ExprId> {
+    let parts = body.exprs.iter().flat_map(|expr| match &expr.kind {
+        ExprKind::Array { elements, .. } => elements.clone(),
+        ExprKind::Struct { fields, .. } => fields.iter().map(|(_, value)| *value).collect(),
+        ExprKind::Tuple(parts) => parts.clone(),
+        _ => Vec::new(),
+    });
+    parts.map(|part| match &body.expr(part).kind {
+        ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => *value,
+        _ => part,
+    })
 }
 
 /// The macros of a body that were not read.
