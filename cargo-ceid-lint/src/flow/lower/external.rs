@@ -360,8 +360,8 @@ impl Builder<'_> {
             }
             _ => None,
         });
-        let names: Vec<LocalId> = lets.chain(matches).flatten().flat_map(|pat| self.locals_of(pat)).collect();
-        let comes_from = |value: ExprId| {
+        let mut names: Vec<LocalId> = lets.chain(matches).flatten().flat_map(|pat| self.locals_of(pat)).collect();
+        let comes_from = |value: ExprId, names: &[LocalId]| {
             let span = body.expr(value).span;
             let is_named = || {
                 let mut named = typed.expr_local.iter().filter(|(_, local)| names.contains(local));
@@ -369,8 +369,29 @@ impl Builder<'_> {
             };
             span.contains(body.expr(taken).span) || is_named()
         };
+        // Where it goes from there as a whole: `let filter = fed(taken, sample);`, and not `Filter { gain: taken.gain, state: 0.0 }`.
+        let ty = self.ty(taken).peel();
+        let is_split = |named: ExprId| {
+            body.exprs.iter().zip((0u32..).map(ExprId)).any(|(expr, id)| match &expr.kind {
+                ExprKind::Field { base, .. } => *base == named,
+                ExprKind::MethodCall { receiver, .. } => *receiver == named && self.ty(id).peel() != ty,
+                _ => false,
+            })
+        };
+        let is_whole = |value: ExprId, names: &[LocalId]| {
+            let mut named = typed.expr_local.iter().filter(|(_, local)| names.contains(local)).map(|(expr, _)| *expr);
+            named.any(|named| body.expr(value).span.contains(body.expr(named).span) && !is_split(named))
+        };
+        for stmt in body.stmts() {
+            if let StmtKind::Let { pat, init: Some(init), .. } = &stmt.kind
+                && self.ty(*init).peel() == ty
+                && is_whole(*init, &names)
+            {
+                names.extend(self.locals_of(*pat));
+            }
+        }
         let given = body.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Assign { place, value } if comes_from(*value) => Some(*place),
+            ExprKind::Assign { place, value } if comes_from(*value, &names) => Some(*place),
             _ => None,
         });
         given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
