@@ -8,6 +8,7 @@ use super::Builder;
 use super::numbers::{limit_of_type, limits_of, number_of_head};
 use super::questions::grouped;
 use super::subjects::Pure;
+use super::told::has_one_answer;
 use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Assignment, ChangeKind, Effect, Head, NodeId, Place, Program, SubjectId, Var};
 use crate::index::{FunctionId, Ty};
@@ -413,8 +414,12 @@ fn ends_of_limit(path: &str) -> Option<Ends> {
 
 /// Whether a function may give a number that is written in it.
 fn gives_number(program: &Program<'_>, id: FunctionId, depth: u32) -> bool {
-    let body = program.index.function(id).function.body.as_ref();
-    let (Some(body), Some(typed)) = (body, program.typed(id)) else { return false };
+    let function = &program.index.function(id).function;
+    let (Some(body), Some(typed)) = (&function.body, program.typed(id)) else { return false };
+    // What stands in for another function decides nothing.
+    if !function.is_const && has_one_answer(body) {
+        return false;
+    }
     let mut open = vec![body.root];
     open.extend(body.exprs.iter().filter_map(|expr| match &expr.kind {
         ExprKind::Return(value) => *value,
