@@ -86,16 +86,21 @@ impl Run<'_, '_> {
             _ => None,
         });
         let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
-        // What is asked of copies of them, too, and of what their values are made of: `let is_idle = !self.is_on; if is_idle { … }`.
+        // What is asked of copies of them, too, and last what their values are made of: `let is_idle = !self.is_on; if is_idle { … }`.
         let followed = self.tracked.subjects.clone();
         let made_of = self.tracked.once.clone();
         let written = (0u32..).zip(&graph.subjects).filter(|(_, subject)| subject.is_of_callers);
         let written = written.map(|(number, _)| SubjectId(number));
-        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).chain(written).chain(made_of).collect();
-        let mut all: Vec<(SubjectId, bool)> =
-            asked.into_iter().map(|id| (id, !search.writers_of(id).is_empty())).collect();
+        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).chain(written).collect();
+        let made_of: Vec<SubjectId> = made_of.into_iter().filter(|id| !asked.contains(id)).collect();
+        let mut all: Vec<(SubjectId, bool)> = asked
+            .into_iter()
+            .chain(made_of.iter().copied())
+            .map(|id| (id, !search.writers_of(id).is_empty()))
+            .collect();
         // States tell callers more than other questions, and what nothing here changes more than what is written.
-        all.sort_by_key(|(id, is_written)| (graph.subjects[id.0 as usize].whole.is_none(), *is_written));
+        let is_question = |id: &SubjectId| graph.subjects[id.0 as usize].whole.is_none();
+        all.sort_by_key(|(id, is_written)| (made_of.contains(id), is_question(id), *is_written));
         for (id, is_written) in all {
             if self.of_caller.len() >= MAX_TOLD {
                 break;
