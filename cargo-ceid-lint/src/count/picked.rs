@@ -12,13 +12,17 @@ struct Picked<'a> {
     leaves_out: bool,
 }
 
+/// The states of a way that an update leaves.
+fn updates(exploration: &Exploration, end: &End) -> Vec<usize> {
+    let changed = changes(exploration, end)
+        .filter(|(at, after)| exploration.states[*at].count != *after && *after != Count::Zero);
+    changed.map(|(at, _)| at).collect()
+}
+
 /// Whether each update of a way stands in another loop over the elements, and is for some of these only:
 /// `for m in motors.iter_mut().filter(|m| m.is_left()) { … } for m in motors.iter_mut().filter(|m| !m.is_left()) { … }`.
 pub(super) fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
-    let updates: Vec<usize> = changes(exploration, end)
-        .filter(|(at, after)| exploration.states[*at].count != *after && *after != Count::Zero)
-        .map(|(at, _)| at)
-        .collect();
+    let updates = updates(exploration, end);
     let picked: Option<Vec<Picked<'_>>> = updates.iter().map(|at| picked(search, exploration, *at)).collect();
     let Some(picked) = picked.filter(|picked| picked.len() > 1) else { return false };
     let is_apart = |(number, one): (usize, &Picked<'_>)| {
@@ -36,10 +40,7 @@ pub(super) fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, e
 /// … } }`. Rows that the code spells out are known, and each may be for another filter.
 pub(super) fn are_chosen_by_rows(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
     let graph = search.graph;
-    let updates: Vec<NodeId> = changes(exploration, end)
-        .filter(|(at, after)| exploration.states[*at].count != *after && *after != Count::Zero)
-        .map(|(at, _)| exploration.states[at].node)
-        .collect();
+    let updates: Vec<NodeId> = updates(exploration, end).into_iter().map(|at| exploration.states[at].node).collect();
     let asks_row = |node: NodeId, table: LoopId| {
         search.branches_before([node]).into_iter().any(|branch| match &graph.node(branch).effect {
             Effect::Branch(test) => {
