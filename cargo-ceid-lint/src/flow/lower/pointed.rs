@@ -82,8 +82,6 @@ impl Builder<'_> {
             && source.stages.is_empty()
             && !source.passes()
             && source.in_order != source.counts_down
-            && place.base_var().is_some_and(|var| self.is_collection_of_references(&self.graph.var(var).ty))
-            && place.steps.is_empty()
         {
             for number in 0..*count {
                 let from = if source.counts_down { count - 1 - number } else { number };

@@ -206,6 +206,7 @@ impl Builder<'_> {
         {
             return Value::default();
         }
+        let has_round = self.has_first_round(condition);
         let mut counted = self.rounds_of_while(label, condition, body);
         let is_counted = counted.counter.is_some();
         let text = self.text(condition);
@@ -240,10 +241,23 @@ impl Builder<'_> {
         self.pop_loop_scope();
         self.jump(head);
         self.loops.pop();
-        self.resume_if_reached(done);
-        self.jump(after);
+        // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
+        let goes_on = self.graph.nodes[head.0 as usize..].iter().any(|node| node.next.contains(&head));
+        if goes_on || !has_round {
+            self.resume_if_reached(done);
+            self.jump(after);
+        }
         self.resume_if_reached(after);
         Value::default()
+    }
+
+    /// Whether a `while let` takes from what has something in it: `while let Some(filter) = filters.pop() { … }`.
+    fn has_first_round(&mut self, condition: ExprId) -> bool {
+        let tree = self.body();
+        let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return false };
+        let PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return false };
+        let value = *value;
+        inner.iter().all(|inner| self.is_irrefutable(*inner)) && self.is_surely_entered(value)
     }
 
     /// The names that the head of a `while let` binds.
