@@ -82,6 +82,7 @@ impl Builder<'_> {
             && source.stages.is_empty()
             && !source.passes()
             && source.in_order != source.counts_down
+            && (self.is_row_of_references(place) || self.is_left_in_a_round(id))
         {
             for number in 0..*count {
                 let from = if source.counts_down { count - 1 - number } else { number };
@@ -95,6 +96,12 @@ impl Builder<'_> {
             let place = if is_keyed { item.place.as_ref().map(|pair| pair.field("1")) } else { item.place.clone() };
             this.place_part(new.clone(), &Value { place, ..item }, typed);
         });
+    }
+
+    /// Whether a variable is a collection of references itself.
+    fn is_row_of_references(&self, place: &Place) -> bool {
+        let ty = place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty);
+        ty.is_some_and(|ty| self.is_collection_of_references(ty))
     }
 
     /// What becomes of the references in a collection where a method takes some of them out, or puts them in another order. Answers

@@ -87,6 +87,25 @@ impl Builder<'_> {
         rest.iter().filter_map(pushed)
     }
 
+    /// Whether a loop over the collection that a local is declared with may be left in one of its rounds, so that only their order tells
+    /// which elements had one.
+    pub(in crate::flow::lower) fn is_left_in_a_round(&self, value: ExprId) -> bool {
+        let (tree, typed) = (self.body(), self.typed());
+        tree.exprs.iter().any(|expr| {
+            let ExprKind::For { iterable, body, .. } = &expr.kind else { return false };
+            let is_of_it = tree.within(*iterable).any(|id| {
+                let local = typed.expr_local.get(&id);
+                local.and_then(|local| self.declaration(*local)).is_some_and(|(init, _)| init == value)
+            });
+            is_of_it
+                && tree.within(*body).any(|id| match &tree.expr(id).kind {
+                    ExprKind::Break { .. } | ExprKind::Return(_) | ExprKind::Try(_) => true,
+                    ExprKind::Continue { label } => label.is_some(),
+                    _ => false,
+                })
+        })
+    }
+
     /// The value with which a local is declared, and the statements that follow in the same block.
     fn declaration(&self, local: LocalId) -> Option<(ExprId, &[Stmt])> {
         let blocks = self.body().exprs.iter().filter_map(|expr| match &expr.kind {
