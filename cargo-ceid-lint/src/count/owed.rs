@@ -469,8 +469,8 @@ impl Context<'_> {
         cycle: Option<Span>,
         analysis: &mut Analysis,
     ) {
-        // What may have a name that is not known may be updated by it.
-        if self.limit(facts).is_some() {
+        // What may have a name that is not known may be updated by it, and what was taken out of something was built there.
+        if self.limit(facts).is_some() || facts.graph.taken.contains(&var) {
             return;
         }
         let index = self.program.index;

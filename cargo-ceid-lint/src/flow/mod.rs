@@ -93,6 +93,8 @@ pub struct ControlFlowGraph {
     pub constants: std::collections::BTreeSet<Var>,
     /// The variables that a closure or an arm was handed: nothing is built there.
     pub handed: std::collections::BTreeSet<Var>,
+    /// The variables that are declared with what was taken out of something, or copied from it: it was built elsewhere.
+    pub taken: std::collections::BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.
     pub copies: std::collections::BTreeMap<NodeId, Place>,
     /// What assignments do, by their nodes.

@@ -215,6 +215,9 @@ impl Builder<'_> {
         if self.is_presumed_filter(init) {
             self.note_handed(pat);
         }
+        if self.is_taken_from_elsewhere(init) {
+            self.graph.taken.extend(bound.iter().copied());
+        }
         if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
             self.note_copy(init);
             if let [var] = bound.as_slice() {
@@ -243,6 +246,32 @@ impl Builder<'_> {
             ExprKind::MethodCall { method, .. } if method == "rem_euclid" => Some(false),
             ExprKind::Cast { value, .. } => self.remainder(*value),
             _ => None,
+        }
+    }
+
+    /// Whether unseen code gives a value out of one that holds filters: `bank.remove(0)`, `mem::take(&mut self.filter)`,
+    /// `receiver.recv().unwrap()`.
+    fn is_taken_from_elsewhere(&self, id: ExprId) -> bool {
+        let is_unseen = || {
+            let callee = self.typed().callees.get(&id);
+            !matches!(callee, Some(Callee::Resolved(_) | Callee::Constructor(_) | Callee::Closure(_)))
+        };
+        match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, .. } => is_unseen() && self.leads_to_holder(*receiver),
+            ExprKind::Call { args, .. } => is_unseen() && args.iter().any(|arg| self.leads_to_holder(*arg)),
+            ExprKind::Try(value) | ExprKind::Await(value) => self.is_taken_from_elsewhere(*value),
+            _ => false,
+        }
+    }
+
+    /// Whether an expression is a place that holds filters, or what unseen code gives out of one.
+    fn leads_to_holder(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::Reference { value, .. } | ExprKind::Deref(value) => self.leads_to_holder(*value),
+            ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Index { .. } => {
+                self.program.index.holds_filter(self.ty(id))
+            }
+            _ => self.is_taken_from_elsewhere(id),
         }
     }
 
