@@ -28,6 +28,8 @@ impl Builder<'_> {
         values: &[Value],
     ) -> Option<Value> {
         self.gives_future(resolved).then(|| {
+            // It is called here, even if nothing ever awaits what it gives.
+            self.graph.read_here.extend(&resolved.targets);
             let resolved = resolved.clone();
             self.defer(id, Deferred::Function { resolved, exprs: exprs.to_vec(), values: values.to_vec() })
         })

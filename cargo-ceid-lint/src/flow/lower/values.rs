@@ -257,6 +257,8 @@ impl Builder<'_> {
             !matches!(callee, Some(Callee::Resolved(_) | Callee::Constructor(_) | Callee::Closure(_)))
         };
         match &self.body().expr(id).kind {
+            // A clone is a filter of its own, as its use tells.
+            ExprKind::MethodCall { method, .. } if method == "clone" => false,
             ExprKind::MethodCall { receiver, .. } => is_unseen() && self.leads_to_holder(*receiver),
             ExprKind::Call { args, .. } => is_unseen() && args.iter().any(|arg| self.leads_to_holder(*arg)),
             ExprKind::Try(value) | ExprKind::Await(value) => self.is_taken_from_elsewhere(*value),
