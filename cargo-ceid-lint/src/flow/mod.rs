@@ -133,7 +133,7 @@ pub struct ControlFlowGraph {
     pub emptied: Vec<(NodeId, Place)>,
     /// What methods do to the lengths of the collections that they write.
     pub resized: std::collections::BTreeMap<NodeId, Resized>,
-    /// Functions whose bodies were read where they are called.
+    /// Functions that are called without a call among the nodes: their bodies were read there, or run where a future is awaited.
     pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,

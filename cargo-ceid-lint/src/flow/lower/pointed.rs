@@ -42,8 +42,7 @@ impl Builder<'_> {
 
     /// The elements of a collection, from the first to the last one.
     fn elements_at(&self, place: Place) -> Source {
-        let ty = place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty);
-        let rounds = match ty {
+        let rounds = match self.ty_of_variable(&place) {
             Some(Ty::Array(_, length)) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
             _ => Rounds::Bounded,
         };
@@ -82,7 +81,8 @@ impl Builder<'_> {
             && source.stages.is_empty()
             && !source.passes()
             && source.in_order != source.counts_down
-            && (self.is_row_of_references(place) || self.is_left_in_a_round(id))
+            && (self.ty_of_variable(place).is_some_and(|ty| self.is_collection_of_references(ty))
+                || self.is_left_in_a_round(id))
         {
             for number in 0..*count {
                 let from = if source.counts_down { count - 1 - number } else { number };
@@ -98,10 +98,9 @@ impl Builder<'_> {
         });
     }
 
-    /// Whether a variable is a collection of references itself.
-    fn is_row_of_references(&self, place: &Place) -> bool {
-        let ty = place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty);
-        ty.is_some_and(|ty| self.is_collection_of_references(ty))
+    /// The type of a place that is a variable as a whole.
+    fn ty_of_variable(&self, place: &Place) -> Option<&Ty> {
+        place.base_var().filter(|_| place.steps.is_empty()).map(|var| &self.graph.var(var).ty)
     }
 
     /// What becomes of the references in a collection where a method takes some of them out, or puts them in another order. Answers

@@ -911,11 +911,9 @@ impl Builder<'_> {
         inside(self, item, id);
         self.pop_loop_scope();
         self.jump(head);
-        // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
         let info = self.graph.loop_info(id);
         let has_round = (matches!(info.rounds, Rounds::Constant(1..)) || info.is_entered) && !info.passes_over;
-        let goes_on = self.graph.nodes[round.0 as usize..].iter().any(|node| node.next.contains(&head));
-        if goes_on || !has_round {
+        if self.is_left_at_its_head(head, has_round) {
             self.link(head, after);
         }
         self.loops.pop();

@@ -93,15 +93,15 @@ impl Builder<'_> {
         let (tree, typed) = (self.body(), self.typed());
         tree.exprs.iter().any(|expr| {
             let ExprKind::For { iterable, body, .. } = &expr.kind else { return false };
-            let is_of_it = tree.within(*iterable).any(|id| {
-                let local = typed.expr_local.get(&id);
-                local.and_then(|local| self.declaration(*local)).is_some_and(|(init, _)| init == value)
+            let is_left = tree.within(*body).any(|id| match &tree.expr(id).kind {
+                ExprKind::Break { .. } | ExprKind::Return(_) | ExprKind::Try(_) => true,
+                ExprKind::Continue { label } => label.is_some(),
+                _ => false,
             });
-            is_of_it
-                && tree.within(*body).any(|id| match &tree.expr(id).kind {
-                    ExprKind::Break { .. } | ExprKind::Return(_) | ExprKind::Try(_) => true,
-                    ExprKind::Continue { label } => label.is_some(),
-                    _ => false,
+            is_left
+                && tree.within(*iterable).any(|id| {
+                    let local = typed.expr_local.get(&id);
+                    local.and_then(|local| self.declaration(*local)).is_some_and(|(init, _)| init == value)
                 })
         })
     }

@@ -241,14 +241,18 @@ impl Builder<'_> {
         self.pop_loop_scope();
         self.jump(head);
         self.loops.pop();
-        // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
-        let goes_on = self.graph.nodes[head.0 as usize..].iter().any(|node| node.next.contains(&head));
-        if goes_on || !has_round {
+        if self.is_left_at_its_head(head, has_round) {
             self.resume_if_reached(done);
             self.jump(after);
         }
         self.resume_if_reached(after);
         Value::default()
+    }
+
+    /// Whether a loop, all of whose round is there by now, may be left at its head: one that certainly has a round, and whose round never
+    /// comes to its end, is not.
+    pub(super) fn is_left_at_its_head(&self, head: NodeId, has_round: bool) -> bool {
+        !has_round || self.graph.nodes[head.0 as usize..].iter().any(|node| node.next.contains(&head))
     }
 
     /// Whether a `while let` takes from what has something in it: `while let Some(filter) = filters.pop() { … }`.
