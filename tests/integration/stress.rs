@@ -223,7 +223,7 @@ const SHAPES: &[Shape] = &[
 
 /// The proof report of a shape in a size.
 fn report(shape: &Shape, size: usize) -> Run {
-    let directory = temporary(&format!("stress_{}", shape.name.replace(' ', "_")));
+    let directory = temporary(&format!("stress_{}_{size}", shape.name.replace(' ', "_")));
     write(&directory, "shape.rs", (HEAD.to_owned() + &(shape.source)(size)).as_bytes());
     report_file(&directory.join("shape.rs"))
 }

@@ -1,6 +1,9 @@
 //! Workspaces to check: the committed ones, and throw-away ones made by a test.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex};
+use std::thread::{self, ThreadId};
 use std::{fs, io};
 
 /// The directory of a committed workspace.
@@ -31,7 +34,15 @@ pub(crate) fn copy_all(from: &Path, to: &Path) {
 }
 
 /// A throw-away directory below the target directory, emptied first.
+///
+/// # Panics
+///
+/// Where two tests give one name: they run side by side, and one would empty the directory of the other.
 pub(crate) fn temporary(name: &str) -> PathBuf {
+    static OWNERS: LazyLock<Mutex<HashMap<String, ThreadId>>> = LazyLock::new(Mutex::default);
+    let this = thread::current().id();
+    let owner = *OWNERS.lock().expect("nothing panics while it is held").entry(name.to_owned()).or_insert(this);
+    assert!(owner == this, "the directory `{name}` is another test's already");
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     match fs::remove_dir_all(&directory) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
