@@ -1,6 +1,7 @@
 //! Compiles a batch of programs once, runs it over all inputs, and asks the linter about the same text.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -215,22 +216,33 @@ impl Batch {
             let number = self.loops.iter().find(|&&(own, ..)| own == line).map(|&(_, _, number)| number);
             for filter in cycle["filters"].as_array().into_iter().flatten() {
                 let mut pair = pair(line - self.starts[at] + 1, cycle, filter);
-                pair.is_at_hand = self.is_at_hand(line, &pair.name);
+                pair.is_at_hand = self.is_at_hand(self.starts[at]..line, &pair.name);
                 outcomes[at].pairs.push((number, pair));
             }
         }
     }
 
-    /// Whether a `for` over a collection stands around a line: `for f in &mut self.fs {` for `self.fs[*]` and `self.fs[0]`.
-    fn is_at_hand(&self, line: usize, name: &str) -> bool {
-        let Some((collection, _)) = name.rsplit_once('[') else { return false };
+    /// Whether a `for` over a collection stands around the last of some lines, whose elements or what they refer to have the name:
+    /// `for f in &mut self.fs {` for `self.fs[*]` and `self.fs[0]`, `for f in v {` behind `v.push(&mut self.a);` for `self.a`.
+    fn is_at_hand(&self, range: Range<usize>, name: &str) -> bool {
         let indent = |line: &str| line.len() - line.trim_start().len();
-        let mut lines = self.text.lines().take(line).collect::<Vec<_>>().into_iter().rev();
-        let mut inner = lines.next().map_or(0, indent);
+        let before: Vec<&str> = self.text.lines().take(range.end).skip(range.start).collect();
+        let has_word =
+            |line: &str, word: &str| line.split(|char: char| !char.is_ascii_alphanumeric()).any(|w| w == word);
+        let is_gathered = |row: &str| before.iter().any(|line| has_word(line, row) && line.contains(name));
+        let is_over = |head: &str| match name.rsplit_once('[') {
+            Some((collection, _)) if head.contains(collection) => true,
+            _ => {
+                let row: String = head.chars().take_while(|char| char.is_ascii_alphanumeric()).collect();
+                row.starts_with('v') && is_gathered(&row)
+            }
+        };
+        let mut lines = before.iter().rev();
+        let mut inner = lines.next().map_or(0, |line| indent(line));
         lines.any(|line| {
             let is_around = indent(line) < inner;
             inner = inner.min(indent(line));
-            is_around && line.contains("for ") && line.contains(collection)
+            is_around && line.contains("for ") && line.split_once(" in ").is_some_and(|(_, head)| is_over(head))
         })
     }
 }

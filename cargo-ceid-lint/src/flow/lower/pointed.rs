@@ -11,6 +11,9 @@ use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind};
 /// How many references are told apart by their numbers in what they are gathered in.
 const MOST_NUMBERED: u64 = 16;
 
+/// How many rounds over them are written out one behind the other.
+const MOST_WRITTEN_OUT: u64 = 8;
+
 impl Builder<'_> {
     /// Notes that the last node gives a place of that type another value, if all that it has of filters are references to them.
     pub(super) fn note_pointed(&mut self, ty: &Ty) {
@@ -244,10 +247,10 @@ impl Builder<'_> {
         }
         // What leaves a loop around this one leaves the collection as well.
         let is_outer = |other: &Option<String>| other.is_some() && other.as_ref() != label;
-        let is_kept = tree.within(body).any(|id| match &tree.expr(id).kind {
-            ExprKind::Break { label, .. } => !is_outer(label),
-            _ => self.typed().expr_local.get(&id) == Some(&local),
-        });
+        let is_named = tree.within(body).any(|id| self.typed().expr_local.get(&id) == Some(&local));
+        let is_stopped = tree
+            .within(body)
+            .any(|id| matches!(&tree.expr(id).kind, ExprKind::Break { label, .. } if !is_outer(label)));
         let is_left = tree.within(body).any(|id| match &tree.expr(id).kind {
             ExprKind::Return(_) | ExprKind::Try(_) => true,
             ExprKind::Break { label, .. } | ExprKind::Continue { label } => is_outer(label),
@@ -255,27 +258,68 @@ impl Builder<'_> {
         });
         let var = self.var_of(local);
         let info = self.graph.var(var);
-        if is_kept || info.param.is_some() || info.in_loop != self.loops.last().copied() {
+        if is_named || info.param.is_some() || info.in_loop != self.loops.last().copied() {
             return false;
         }
         // Which of them were taken before the others tells how many there are.
         let count = self.next_number(*receiver);
-        if is_left && count.is_none() {
+        if (is_left || is_stopped) && count.is_none() {
             return false;
         }
         let from_the_end = method != "pop_front";
+        let inner = *inner;
+        if is_stopped {
+            let is_plain = tree.within(body).all(|id| !is_round_of_its_own(&tree.expr(id).kind));
+            let count = count.filter(|count| is_plain && from_the_end && *count <= MOST_WRITTEN_OUT);
+            let Some(count) = count else { return false };
+            self.pop_one_by_one(label, keyword, (Place::var(var), count), (inner, popped), body);
+            return true;
+        }
         let drained = self.emptied_collection(Place::var(var), ty, self.span(popped));
         let item = Item::Element(drained);
         let (is_filled, text) = (self.is_surely_entered(popped), self.text(popped));
         let rounds = count.map_or(Rounds::Bounded, Rounds::Constant);
         let source = Source { item: item.clone(), rounds, is_filled, text, ..Source::bounded() };
         let source = if from_the_end { source.reversed() } else { source };
-        let inner = *inner;
         self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
             this.bind_item(this_loop, inner, &item, &value);
             this.expr(body);
         });
         true
+    }
+
+    /// The rounds of such a loop one behind the other, each with the last of the references that are left: where the loop is left, those
+    /// before it are still there.
+    fn pop_one_by_one(
+        &mut self,
+        label: Option<&String>,
+        keyword: Span,
+        (collection, count): (Place, u64),
+        (pat, popped): (PatId, ExprId),
+        body: ExprId,
+    ) {
+        let ty = match self.ty(popped) {
+            Ty::External(_, args) => args.first().cloned().unwrap_or(Ty::Unknown),
+            _ => Ty::Unknown,
+        };
+        let after = self.add_node(Effect::Nothing, keyword);
+        for number in (0..count).rev() {
+            let again = self.add_node(Effect::Nothing, keyword);
+            let place = Some(collection.element(IndexKey::Number(number)));
+            let last = self.temporary(ty.clone(), self.span(popped));
+            let leaving = Value { place, is_owned: true, leaves_by: Some(Transfer::Move), ..Value::default() };
+            self.set(last, &leaving, self.span(popped));
+            self.push_loop_scope(label, after, again, keyword);
+            self.open_block();
+            self.bind_pattern(pat, &Value { place: Some(Place::var(last)), ..Value::default() });
+            self.expr(body);
+            self.close_block(keyword);
+            self.pop_loop_scope();
+            self.jump(again);
+            self.resume_if_reached(again);
+        }
+        self.jump(after);
+        self.resume_if_reached(after);
     }
 
     /// Whether a variable refers to what refers to filters itself: `let slot = &mut self.slots[0];`
@@ -307,4 +351,9 @@ impl Builder<'_> {
             _ => false,
         }
     }
+}
+
+/// Whether an expression runs something in rounds of its own, or may.
+fn is_round_of_its_own(kind: &ExprKind) -> bool {
+    matches!(kind, ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_))
 }

@@ -60,14 +60,13 @@ impl Builder<'_> {
         }
         let (init, rest) = self.declaration(local)?;
         let first = self.elements_of(init)?;
-        let before: Vec<ExprId> = self.pushes(rest, local, named).collect();
-        let is_known = |id: ExprId| match use_of(self.body(), id) {
-            Use::Push => before.contains(&id),
-            Use::Look => true,
-            Use::Order | Use::Other => false,
+        let before: Vec<(ExprId, u64)> = self.pushes(rest, local, named).collect();
+        let is_known = |id: ExprId| {
+            let use_of = use_of(self.body(), id);
+            use_of == Use::Look || use_of != Use::Other && before.iter().any(|(receiver, _)| *receiver == id)
         };
         let is_plain = self.uses_before(local, named).all(is_known);
-        is_plain.then_some(first + before.len() as u64)
+        is_plain.then_some(before.into_iter().fold(first, |all, (_, count)| all + count))
     }
 
     /// Where a local is named before an expression.
@@ -76,13 +75,20 @@ impl Builder<'_> {
         (0..before.0).map(ExprId).filter(named)
     }
 
-    /// Where statements that surely run put something behind the elements of a collection, before an expression.
-    fn pushes(&self, rest: &[Stmt], local: LocalId, before: ExprId) -> impl Iterator<Item = ExprId> {
+    /// Where statements that surely run put something behind the elements of a collection, before an expression; and how many.
+    fn pushes(&self, rest: &[Stmt], local: LocalId, before: ExprId) -> impl Iterator<Item = (ExprId, u64)> {
         let pushed = move |stmt: &Stmt| {
             let StmtKind::Expr { expr, .. } = &stmt.kind else { return None };
-            let ExprKind::MethodCall { receiver, method, .. } = &self.body().expr(*expr).kind else { return None };
-            let is_push = matches!(method.as_str(), "push" | "push_back") && stmt.cfg.is_none() && *expr < before;
-            (is_push && self.typed().expr_local.get(receiver) == Some(&local)).then_some(*receiver)
+            let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(*expr).kind else {
+                return None;
+            };
+            let count = match (method.as_str(), args.as_slice()) {
+                ("push" | "push_back", [_]) => 1,
+                ("extend", [given]) => self.elements_of(*given).filter(|count| *count > 0)?,
+                _ => return None,
+            };
+            let is_it = stmt.cfg.is_none() && *expr < before && self.typed().expr_local.get(receiver) == Some(&local);
+            is_it.then_some((*receiver, count))
         };
         rest.iter().filter_map(pushed)
     }
@@ -92,7 +98,11 @@ impl Builder<'_> {
     pub(in crate::flow::lower) fn is_left_in_a_round(&self, value: ExprId) -> bool {
         let (tree, typed) = (self.body(), self.typed());
         tree.exprs.iter().any(|expr| {
-            let ExprKind::For { iterable, body, .. } = &expr.kind else { return false };
+            let (iterable, body) = match &expr.kind {
+                ExprKind::For { iterable, body, .. } => (iterable, body),
+                ExprKind::While { condition, body, .. } => (condition, body),
+                _ => return false,
+            };
             let is_left = tree.within(*body).any(|id| match &tree.expr(id).kind {
                 ExprKind::Break { .. } | ExprKind::Return(_) | ExprKind::Try(_) => true,
                 ExprKind::Continue { label } => label.is_some(),
