@@ -302,24 +302,14 @@ impl Builder<'_> {
             Ty::External(_, args) => args.first().cloned().unwrap_or(Ty::Unknown),
             _ => Ty::Unknown,
         };
-        let after = self.add_node(Effect::Nothing, keyword);
-        for number in (0..count).rev() {
-            let again = self.add_node(Effect::Nothing, keyword);
+        let span = self.span(popped);
+        self.write_out(label, keyword, body, (0..count).rev(), |this, number| {
             let place = Some(collection.element(IndexKey::Number(number)));
-            let last = self.temporary(ty.clone(), self.span(popped));
+            let last = this.temporary(ty.clone(), span);
             let leaving = Value { place, is_owned: true, leaves_by: Some(Transfer::Move), ..Value::default() };
-            self.set(last, &leaving, self.span(popped));
-            self.push_loop_scope(label, after, again, keyword);
-            self.open_block();
-            self.bind_pattern(pat, &Value { place: Some(Place::var(last)), ..Value::default() });
-            self.expr(body);
-            self.close_block(keyword);
-            self.pop_loop_scope();
-            self.jump(again);
-            self.resume_if_reached(again);
-        }
-        self.jump(after);
-        self.resume_if_reached(after);
+            this.set(last, &leaving, span);
+            this.bind_pattern(pat, &Value { place: Some(Place::var(last)), ..Value::default() });
+        });
     }
 
     /// Whether a variable refers to what refers to filters itself: `let slot = &mut self.slots[0];`

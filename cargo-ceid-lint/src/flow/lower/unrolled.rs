@@ -30,15 +30,30 @@ impl Builder<'_> {
     ) -> bool {
         let Some(rounds) = self.written_rounds(pat, iterable, inside) else { return false };
         self.expr(iterable);
+        self.write_out(label, keyword, inside, rounds, |this, parts: Round| {
+            for (pat, head, from) in parts {
+                this.bind_pattern(pat, &Value { head, ..Value::default() });
+                this.derive_pattern(pat, from);
+            }
+        });
+        true
+    }
+
+    /// The rounds of a loop one behind another, each of which begins with what it binds.
+    pub(super) fn write_out<T>(
+        &mut self,
+        label: Option<&String>,
+        keyword: Span,
+        inside: ExprId,
+        rounds: impl IntoIterator<Item = T>,
+        bind: impl Fn(&mut Self, T),
+    ) {
         let after = self.add_node(Effect::Nothing, keyword);
         self.graph.written_out.push((keyword, self.span(inside)));
-        for parts in rounds {
+        for round in rounds {
             let again = self.add_node(Effect::Nothing, keyword);
             self.push_loop_scope(label, after, again, keyword);
-            for (pat, head, from) in parts {
-                self.bind_pattern(pat, &Value { head, ..Value::default() });
-                self.derive_pattern(pat, from);
-            }
+            bind(self, round);
             self.expr(inside);
             self.pop_loop_scope();
             self.jump(again);
@@ -46,7 +61,6 @@ impl Builder<'_> {
         }
         self.jump(after);
         self.resume_if_reached(after);
-        true
     }
 
     /// The same for a closure that gets each name: `[Axis::Roll, Axis::Pitch].map(|axis| match axis { … })`. Answers whether it is one.

@@ -6,8 +6,9 @@ use super::sources::Source;
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
 use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, LoopInfo, NodeId, Rounds, Var};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, Receiver, Stmt, StmtKind, TypeRef};
@@ -277,6 +278,7 @@ impl Builder<'_> {
         let rounds = if caller == Caller::Framework { Rounds::Unbounded } else { Rounds::Bounded };
         let text = self.frames[closure.frame].body.expr(closure.expr).span;
         let text = super::patterns::shorten(self.program.sources.snippet(text));
+        let (nodes, vars) = (self.graph.nodes.len(), self.graph.vars.len());
         self.detached(span, |this| {
             // What its parameters lend it lives on between its calls.
             this.closure_vars(closure);
@@ -288,6 +290,34 @@ impl Builder<'_> {
                 this.end_on_failure(&value, span);
             });
         });
+        self.written_by_callback(closure, (nodes, vars), span);
+    }
+
+    /// What the nodes of a closure from these on write of the variables that were there before them may be written from here on:
+    /// `bus.on_sample(|x| last = Some(x))`.
+    fn written_by_callback(&mut self, closure: ClosureRef, (nodes, vars): (usize, usize), span: Span) {
+        let code = &self.frames[closure.frame].body.expr(closure.expr).kind;
+        let has_own = matches!(code, ExprKind::Closure(code) if code.is_move);
+        let written = |effect: &Effect| -> Vec<Place> {
+            match effect {
+                Effect::Set(set) | Effect::Write(set) => vec![set.place.clone()],
+                Effect::Call(site) => {
+                    let lent = site.args.iter().filter(|arg| !arg.is_shared);
+                    lent.filter_map(|arg| arg.place.clone().or_else(|| arg.value_of.clone())).collect()
+                }
+                _ => Vec::new(),
+            }
+        };
+        let all = self.graph.nodes[nodes..].iter().flat_map(|node| written(&node.effect));
+        let is_from_outside = |place: &Place| {
+            let var = place.base_var().filter(|var| (var.0 as usize) < vars);
+            let ty = var.map(|var| &self.graph.var(var).ty);
+            ty.is_some_and(|ty| !self.may_hold_filter(ty) && (!has_own || matches!(ty, Ty::Ref(..))))
+        };
+        let outside: BTreeSet<Place> = all.filter(is_from_outside).collect();
+        for place in outside {
+            self.written_unseen(place, span);
+        }
     }
 
     /// What a callback gives back ends its run if it is an error, `None` or `Ready`.
