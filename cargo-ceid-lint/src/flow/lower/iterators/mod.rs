@@ -677,7 +677,11 @@ impl Builder<'_> {
         }
         let mapped = args.first().filter(|_| maps_array).and_then(|closure| self.mapped_array(&source, *closure));
         let kept_some = source.over.clone().filter(|_| asks_each);
+        let own = self.graph.loops.len();
         self.consume(id, source, closure, Consumer { state, stops, gathers });
+        if let Some(info) = self.graph.loops.get_mut(own).filter(|_| !matches!(stops, Stops::Never)) {
+            info.stops_by = Some(method.to_owned());
+        }
         if let Some(collection) = kept_some.filter(|_| self.is_collection_of_references(self.ty(receiver).peel())) {
             self.lose_some(id, method, &collection);
         }
