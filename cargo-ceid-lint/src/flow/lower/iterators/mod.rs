@@ -650,8 +650,9 @@ impl Builder<'_> {
             self.note_advanced(receiver);
         }
         let rebuilt = matches!(method, "collect" | "collect_vec").then(|| self.rebuilt(receiver, &source)).flatten();
+        // Through the shared reference that is picked, no filter is updated.
         let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") && rebuilt.is_none()
-            || picks_one(method);
+            || picks_one(method) && !self.iterates_shared(self.ty(receiver));
         if let (true, Item::Element(collection)) = (gathers, &source.item) {
             // The references to the elements go into another collection.
             self.graph.lent_away.insert(collection.clone());
