@@ -66,7 +66,7 @@ pub(super) fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
             let set = if clock.starts_with('`') { "set" } else { "read" };
             let is = if pairs.len() == 1 { "it is" } else { "they are" };
             format!(
-                "update {them} before the paths part, or {set} {clock} only where {is} updated, so that the next step covers the gap"
+                "update {them} before the paths part, or let the step be the time since the last update: {set} {clock} only where {is} updated"
             )
         }
         () => format!("update {them} before the paths part, or reset {them} on the path that skips"),
