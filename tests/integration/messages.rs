@@ -143,6 +143,11 @@ fn skipped_at_another_rate_than_claimed() {
 }
 
 #[test]
+fn repeated_by_two_that_change_places() {
+    check("repeated_update", "swapped_between_two_updates");
+}
+
+#[test]
 fn guard_dropped() {
     check("guard_dropped_early", "bound_to_an_underscore");
 }

@@ -7,7 +7,7 @@ use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -41,6 +41,9 @@ pub const NO_RESET: &str = " here, and no reset goes with it";
 
 /// What is said of what resets a filter and leaves some of its state.
 pub const PARTIAL: &str = " clears only a part of its state";
+
+/// What is said of a swap behind which the filter goes on in the place of another one.
+pub const TRADES: &str = "it changes places with another filter here";
 
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
@@ -130,6 +133,17 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 if skips_by_itself(search, exploration, end) {
                     break;
                 }
+            }
+            // A swap has no name for what it keeps in between.
+            Effect::Set(set)
+                if state.count == Count::One
+                    && end.state.count == Count::Many
+                    && set.transfer == Transfer::Move
+                    && next.is_some_and(|next| next.names != state.names)
+                    && is_swap(graph, node.span)
+                    && !steps.iter().any(|step| step.span == node.span && step.message == TRADES) =>
+            {
+                steps.push(WitnessStep { span: node.span, message: TRADES.to_owned() });
             }
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
@@ -238,6 +252,19 @@ fn behind_nothing(graph: &ControlFlowGraph, mut at: NodeId) -> NodeId {
         at = *next;
     }
     at
+}
+
+/// Whether the code at a place lets two values change places: each gets what the other one was, by way of a value in between.
+fn is_swap(graph: &ControlFlowGraph, span: Span) -> bool {
+    let at_place = graph.nodes.iter().filter(|node| node.span == span);
+    let moves = at_place.filter_map(|node| match &node.effect {
+        Effect::Set(set) if set.transfer == Transfer::Move && set.rebinds => Some((&set.place, set.from.as_ref()?)),
+        _ => None,
+    });
+    let moves: Vec<(&Place, &Place)> = moves.collect();
+    moves.iter().any(|(between, one)| {
+        moves.iter().any(|(other, from)| from == between && other != one && moves.contains(&(*one, *other)))
+    })
 }
 
 /// What is said of a gate that is claimed to be a rate gate, if it has another ratio.

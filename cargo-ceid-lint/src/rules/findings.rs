@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::known::{Hidden, Known, calls_of};
 use super::missed::missing;
-use super::repeated::{can_be_sibling, pasted_from, repeated};
+use super::repeated::{can_be_sibling, pasted_from, repeated, trades_with};
 use super::skipped::skipped;
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
@@ -77,7 +77,9 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagn
     // What is missed is told by itself where the repetition that it was pasted from is not told.
     let shown: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
     let mut missed = with_hidden(cycle, missed, "missed_update", hiding);
-    for (pair, hidden) in repeats {
+    // Filters that change places between two updates go wrong together.
+    for (group, hidden) in grouped(repeats, trades_with) {
+        let [pair, partners @ ..] = group.as_slice() else { continue };
         let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
             other_hidden.is_none()
                 && can_be_sibling(pair, &other.name)
@@ -86,7 +88,7 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagn
         let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
         missed = others;
         let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
-        add(repeated(cycle, pair, &siblings), hidden);
+        add(repeated(cycle, pair, &siblings, partners), hidden);
     }
     for (group, hidden) in grouped(missed, |_, _| true) {
         add(missing(cycle, &group), hidden);

@@ -1,8 +1,8 @@
 //! What is said of a filter that one cycle updates more than once, and of siblings that it was pasted over.
 
 use super::find;
-use super::findings::{GUARD_HELP, by_half, quoted, start, suppression};
-use crate::count::{BY_CALL, BY_GUARD, Cycle, Pair, WAYS_AGAIN, macro_again};
+use super::findings::{GUARD_HELP, by_half, names, quoted, start, suppression};
+use crate::count::{BY_CALL, BY_GUARD, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
 use crate::diagnostic::{Diagnostic, WitnessStep};
 
 /// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
@@ -44,13 +44,32 @@ pub(super) fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p
     of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
-pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
+/// Whether two filters change places with each other between two updates.
+pub(super) fn trades_with(one: &Pair, other: &Pair) -> bool {
+    one.primary == other.primary && one.witness == other.witness && one.skips && other.skips && trades(one)
+}
+
+fn trades(pair: &Pair) -> bool {
+    pair.witness.iter().any(|step| step.message == TRADES)
+}
+
+pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
     let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
     let siblings: Vec<String> = siblings.iter().map(|sibling| sibling.name.clone()).chain(left_out).collect();
+    let group: Vec<&Pair> = [pair].into_iter().chain(partners.iter().copied()).collect();
     let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
-    if pair.skips {
-        message.push_str(" and not at all on another path");
+    match (partners, pair.skips) {
+        ([], true) if trades(pair) => message.push_str(", and not at all in another one"),
+        ([], true) => message.push_str(" and not at all on another path"),
+        ([], false) => {}
+        _ => {
+            message = format!(
+                "{} change places between two updates: one of them is updated{} more than once in one cycle, and another one not at all",
+                names(&group),
+                by_half(cycle, &group)
+            );
+        }
     }
     if let Some(first) = siblings.first() {
         message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
@@ -64,17 +83,20 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option
     let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
     let of_macro = pair.witness.iter().filter(|step| step.span == primary).find_map(|step| macro_again(&step.message));
     let how = of_macro.map_or_else(|| how.to_owned(), |name| format!(": `{name}` writes it more than once"));
-    let mut finding = start(rule, cycle, &[pair], message, primary, &format!("updated again here{how}"));
+    let mut finding = start(rule, cycle, &group, message, primary, &format!("updated again here{how}"));
     finding.notes.extend(of_macro.map(|name| {
         format!("`{name}` writes down what it is given in more than one place of its code, and the update runs in each of them")
     }));
     finding.notes.push(format!(
-        "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
-        pair.name
+        "the update law of a sampled-time filter advances it by one sample; run twice, {} is ahead of its measurements",
+        if partners.is_empty() { format!("`{}`", pair.name) } else { "it".to_owned() }
     ));
     finding.helps.push(match siblings.as_slice() {
         [] if by_other_guard => format!("register `{}` with one of the guards only", pair.name),
         [] if by_guard.is_some() => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
+        [] if !partners.is_empty() => {
+            "update all of them before they change places, or all of them behind that".to_owned()
+        }
         [] if let Some(name) = of_macro => format!("update it before, and give `{name}` what comes of it"),
         [] => "keep one of the updates".to_owned(),
         siblings => format!("update {} here instead", quoted(siblings)),
