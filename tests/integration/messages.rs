@@ -93,6 +93,61 @@ fn two_skipped_by_one_statement() {
 }
 
 #[test]
+fn repeated_in_the_argument_of_a_macro() {
+    check("repeated_update", "argument_that_a_macro_writes_twice");
+}
+
+#[test]
+fn missed_where_nothing_consumes_the_iterator() {
+    check("missed_update", "iterator_that_nothing_consumes");
+}
+
+#[test]
+fn missed_where_nothing_awaits_the_future() {
+    check("missed_update", "future_that_nothing_awaits");
+}
+
+#[test]
+fn missed_where_nothing_calls_the_closure() {
+    check("missed_update", "closure_that_is_never_called");
+}
+
+#[test]
+fn missed_where_a_helper_takes_a_copy() {
+    check("missed_update", "value_of_a_copy_in_a_helper");
+}
+
+#[test]
+fn skipped_where_any_ends() {
+    check("skipped_update", "any_ends_at_the_first_hit");
+}
+
+#[test]
+fn skipped_where_a_reset_is_partial() {
+    check("skipped_update", "entered_with_half_a_reset");
+}
+
+#[test]
+fn skipped_where_another_filter_is_reset() {
+    check("skipped_update", "states_are_entered_by_one_method_that_resets_another");
+}
+
+#[test]
+fn skipped_while_its_clock_goes_on() {
+    check("skipped_update", "clock_moves_on_without_a_sample");
+}
+
+#[test]
+fn skipped_at_another_rate_than_claimed() {
+    check("skipped_update", "claimed_rate_is_another");
+}
+
+#[test]
+fn repeated_by_two_that_change_places() {
+    check("repeated_update", "swapped_between_two_updates");
+}
+
+#[test]
 fn guard_dropped() {
     check("guard_dropped_early", "bound_to_an_underscore");
 }

@@ -13,7 +13,7 @@ use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
 use super::skips::{
-    is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
+    ends_early, is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
 };
 use super::taken_out;
@@ -400,6 +400,7 @@ fn skipped(
             let place = skip_place(search, exploration, end);
             let primary = place.map(|(primary, _)| primary).or_else(|| loop_left(search, exploration, end));
             let primary = primary.unwrap_or_else(|| head_of(search, region));
+            witness.extend(ends_early(search, exploration, end, primary));
             let through = place.and_then(|(_, through)| through);
             let others = other_skips(gates, region, exploration, ends, primary);
             Decision { verdict: Verdict::Skipped, witness, primary: Some(primary), through, others, ..base }

@@ -1,16 +1,27 @@
 //! Filters that no path of a cycle updates.
 
 use super::analyse::CycleId;
+use super::counts::Count;
 use super::decide::{Decision, kept_elsewhere};
 use super::declared::declared_ty;
+use super::given::GivenBase;
 use super::laws::law_name;
 use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;
 use super::verdict::{Gate, Pair, Verdict};
+use super::witness::OF_COPY;
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Place};
+use crate::flow::{CallSite, Cause, Effect, NodeId, Place, Transfer, Unrun, UnrunKind};
 use crate::source::Span;
+
+/// How code is told of that nothing runs, by what would have to.
+pub const UNCONSUMED: &str = "nothing consumes what `";
+pub const UNCALLED: &str = "nothing calls this closure";
+pub const UNAWAITED: &str = "nothing awaits this future";
+
+/// How all of these end.
+const NEVER_RUNS: &str = ", so that it never runs";
 
 /// Decides a pair that is owed an update and that nothing known updates.
 pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> Decision {
@@ -84,7 +95,60 @@ pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Deci
         return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
     }
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
-    Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
+    let witness = [begins].into_iter().chain(unrun(search, region)).chain(copied(search, region)).collect();
+    Decision { verdict: Verdict::Missed, witness, primary: Some(head), ..base }
+}
+
+/// The code in a region that would have to do with the instance and that nothing runs.
+fn unrun(search: &Search<'_>, region: Region) -> Option<WitnessStep> {
+    let graph = search.graph;
+    let is_inside = |unrun: &&Unrun| match region {
+        Region::Loop(id) => graph.is_within(unrun.in_loop, id),
+        Region::Function => true,
+    };
+    let is_lent = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    let found = graph.unrun.iter().filter(is_inside).find(|unrun| unrun.places.iter().any(is_lent))?;
+    let message = match &found.what {
+        UnrunKind::Iterator(adaptor) => format!("{UNCONSUMED}{adaptor}` gives{NEVER_RUNS}"),
+        UnrunKind::Closure => format!("{UNCALLED}{NEVER_RUNS}"),
+        UnrunKind::Future => format!("{UNAWAITED}{NEVER_RUNS}"),
+    };
+    Some(WitnessStep { span: found.span, message })
+}
+
+/// The first call in a region that updates a copy of the instance, which it is passed by value.
+fn copied(search: &Search<'_>, region: Region) -> Option<WitnessStep> {
+    let graph = search.graph;
+    let is_inside = |id: &NodeId| match region {
+        Region::Loop(own) => graph.is_within(graph.node(*id).in_loop, own),
+        Region::Function => true,
+    };
+    let is_it = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    // What a call takes by value is copied right before it.
+    let copied_for = |call: NodeId| {
+        let span = graph.node(call).span;
+        graph.nodes.iter().filter(move |node| node.span == span).filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.transfer == Transfer::Copy => set.from.as_ref(),
+            _ => None,
+        })
+    };
+    let updates = |site: &CallSite, number: usize, from: &Place| {
+        let summaries = site.targets.iter().filter_map(|target| search.summaries.get(*target));
+        summaries.flat_map(|summary| summary.outcomes(search.law)).any(|(given, ways)| {
+            given.base == GivenBase::Param(number)
+                && ways.iter().any(|way| way.count != Count::Zero)
+                && is_it(&from.join(&given.steps))
+        })
+    };
+    let copies = |call: NodeId, site: &CallSite| {
+        let mut taken = site.args.iter().enumerate().filter(|(_, arg)| arg.is_copy);
+        taken.any(|(number, _)| copied_for(call).any(|from| updates(site, number, from)))
+    };
+    let call = graph.node_ids().filter(is_inside).find(|id| match &graph.node(*id).effect {
+        Effect::Call(site) => copies(*id, site),
+        _ => false,
+    })?;
+    Some(WitnessStep { span: graph.node(call).span, message: OF_COPY.to_owned() })
 }
 
 /// Whether the instance is only what a part of a value made here refers to, if to anything: `Bench { current: None }`.

@@ -53,6 +53,7 @@ mod oversampled;
 mod owed;
 mod own_cycles;
 mod own_methods;
+mod partly;
 mod parts;
 mod picked;
 mod recursive;
@@ -84,7 +85,11 @@ pub use analyse::analyse;
 pub use analysis::{Analysis, GuardDefect, Unregistered};
 pub use counts::Count;
 pub use functions::is_cycle_function;
+pub use missed::{UNAWAITED, UNCALLED, UNCONSUMED};
 pub use monomorphise::monomorphise;
 pub use remarks::{Fact, Remark};
 pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict, is_guard_rule};
-pub use witness::{BY_CALL, BY_GUARD, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
+pub use witness::{
+    BY_CALL, BY_GUARD, ENDS_EARLY, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, PARTIAL, TAKEN, TRADES, WAYS_AGAIN,
+    macro_again,
+};

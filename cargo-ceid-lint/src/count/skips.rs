@@ -8,6 +8,8 @@ use super::gates::Asks;
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Evidence;
+use super::witness::ENDS_EARLY;
+use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, IndexKey, LoopId, Mark, NodeId, Place, Projection, Relation, Subject, Transfer};
 use crate::source::Span;
 
@@ -253,6 +255,29 @@ fn loop_passed(search: &Search<'_>, exploration: &Exploration, end: &End) -> Opt
         Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
         _ => None,
     })
+}
+
+/// What is said where a way goes past elements because the method that runs the updates ends before them.
+pub(super) fn ends_early(
+    search: &Search<'_>,
+    exploration: &Exploration,
+    end: &End,
+    place: Span,
+) -> Option<WitnessStep> {
+    let graph = search.graph;
+    let updating = search.updating();
+    let is_around = |id: &LoopId| {
+        let info = graph.loop_info(*id);
+        info.stops_by.is_some()
+            && search.covers(*id)
+            && updating.iter().any(|at| graph.is_within(graph.node(*at).in_loop, *id))
+    };
+    let decided = end.state.skipped_at.and_then(|at| graph.loops_around(at).find(is_around));
+    let id = decided.or_else(|| loop_passed(search, exploration, end).filter(is_around))?;
+    let method = graph.loop_info(id).stops_by.as_ref()?;
+    let is_tried = method.starts_with("try_") || matches!(method.as_str(), "collect" | "sum" | "product");
+    let which = if is_tried { "fails" } else { "decides" };
+    Some(WitnessStep { span: place, message: format!("`{method}` ends at the first element that {which}{ENDS_EARLY}") })
 }
 
 /// The call at which a way skips without an edge that leaves the update behind: that of the last round of a loop over the elements,

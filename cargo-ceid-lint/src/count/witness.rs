@@ -7,7 +7,7 @@ use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -17,11 +17,18 @@ const RETURNS: &str = "`return` ends the cycle";
 /// How a way comes to a second update at the place of the first one.
 pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", by the other guard"];
 
+/// How a macro is told that writes what it is given more than once: its name stands between these.
+const BY_MACRO: &str = ", for `";
+const MORE_THAN_ONCE: &str = "` writes it more than once";
+
 /// What is said of an update that a cycle gives to a copy of its filter.
 pub const OF_COPY: &str = "only a copy of it is updated here, and what the copy learns is lost";
 
 /// How a step begins that says which way of a condition is taken.
 pub const TAKEN: &str = "taken when ";
+
+/// What is said of a method of an iterator that ends at the first element which decides.
+pub const ENDS_EARLY: &str = ", and the elements behind that one are not updated";
 
 /// How a gate is told that opens in another one of so many cycles than is claimed for it.
 pub const OTHER_RATE: &str = "this opens in one of ";
@@ -31,6 +38,12 @@ pub const GOES_ON: &str = " goes on here without it, so that the next step does 
 
 /// What is said of a change of state that keeps a pause from being a mode.
 pub const NO_RESET: &str = " here, and no reset goes with it";
+
+/// What is said of what resets a filter and leaves some of its state.
+pub const PARTIAL: &str = " clears only a part of its state";
+
+/// What is said of a swap behind which the filter goes on in the place of another one.
+pub const TRADES: &str = "it changes places with another filter here";
 
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
@@ -120,6 +133,17 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 if skips_by_itself(search, exploration, end) {
                     break;
                 }
+            }
+            // A swap has no name for what it keeps in between.
+            Effect::Set(set)
+                if state.count == Count::One
+                    && end.state.count == Count::Many
+                    && set.transfer == Transfer::Move
+                    && next.is_some_and(|next| next.names != state.names)
+                    && is_swap(graph, node.span)
+                    && !steps.iter().any(|step| step.span == node.span && step.message == TRADES) =>
+            {
+                steps.push(WitnessStep { span: node.span, message: TRADES.to_owned() });
             }
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
@@ -230,6 +254,19 @@ fn behind_nothing(graph: &ControlFlowGraph, mut at: NodeId) -> NodeId {
     at
 }
 
+/// Whether the code at a place lets two values change places: each gets what the other one was, by way of a value in between.
+fn is_swap(graph: &ControlFlowGraph, span: Span) -> bool {
+    let at_place = graph.nodes.iter().filter(|node| node.span == span);
+    let moves = at_place.filter_map(|node| match &node.effect {
+        Effect::Set(set) if set.transfer == Transfer::Move && set.rebinds => Some((&set.place, set.from.as_ref()?)),
+        _ => None,
+    });
+    let moves: Vec<(&Place, &Place)> = moves.collect();
+    moves.iter().any(|(between, one)| {
+        moves.iter().any(|(other, from)| from == between && other != one && moves.contains(&(*one, *other)))
+    })
+}
+
 /// What is said of a gate that is claimed to be a rate gate, if it has another ratio.
 fn other_rate(search: &Search<'_>, region: Region, test: &Test) -> Option<String> {
     let of_loop = || match region {
@@ -258,14 +295,28 @@ pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
 
 /// What to add to a step that the way has come through before: only a loop within the cycle leads there again, whose rounds may be
 /// written out.
-fn again(graph: &ControlFlowGraph, before: &[NodeId], node: NodeId) -> &'static str {
+fn again(graph: &ControlFlowGraph, before: &[NodeId], node: NodeId) -> String {
     let span = graph.node(node).span;
     let is_written_out = graph.written_out.iter().any(|(_, body)| body.contains(span));
     let is_same = |id: &NodeId| {
         let own = graph.node(*id);
         *id == node || is_written_out && own.span == span && matches!(own.effect, Effect::Update(_) | Effect::Call(_))
     };
-    if before.iter().any(is_same) { WAYS_AGAIN[0] } else { "" }
+    let is_at_place = |id: &NodeId| {
+        graph.node(*id).span == span && matches!(graph.node(*id).effect, Effect::Update(_) | Effect::Call(_))
+    };
+    if before.iter().any(is_same) {
+        return WAYS_AGAIN[0].to_owned();
+    }
+    let by_macro = graph.written_again.iter().find(|(place, _)| *place == span && before.iter().any(is_at_place));
+    by_macro.map(|(_, name)| format!("{BY_MACRO}{name}{MORE_THAN_ONCE}")).unwrap_or_default()
+}
+
+/// The macro that writes an update once more, by the step that tells of it.
+#[must_use]
+pub fn macro_again(message: &str) -> Option<&str> {
+    let (_, name) = message.strip_suffix(MORE_THAN_ONCE)?.rsplit_once(BY_MACRO)?;
+    Some(name)
 }
 
 fn condition_text(text: &str, holds: bool) -> String {

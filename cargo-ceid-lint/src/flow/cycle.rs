@@ -121,6 +121,8 @@ pub struct LoopInfo {
     pub filled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
+    /// The method that runs it and may end it before the last item: `any`, `try_for_each`.
+    pub stops_by: Option<String>,
     /// Whether its items are the rows of a table that the code spells out.
     pub is_table: bool,
     /// Whether its items are the elements of a collection from the first one on, none left out, or its numbers follow one another.

@@ -16,6 +16,7 @@ mod sizes;
 mod steps;
 mod strides;
 mod test;
+mod unrun;
 mod waits;
 
 use crate::index::{FunctionId, Index, Ty};
@@ -42,6 +43,7 @@ use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
 pub use strides::SampleWrite;
 pub use test::{About, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
+pub use unrun::{Unrun, UnrunKind};
 pub use waits::{Wait, WaitKind};
 
 /// A node of a [`ControlFlowGraph`].
@@ -75,6 +77,10 @@ pub struct ControlFlowGraph {
     pub loops: Vec<LoopInfo>,
     /// Loops whose rounds are written out one behind another: the keyword and the body of each.
     pub written_out: Vec<(Span, Span)>,
+    /// Calls in the arguments of macros that write them more than once, with the names of the macros.
+    pub written_again: Vec<(Span, String)>,
+    /// Closures and futures that nothing runs.
+    pub unrun: Vec<Unrun>,
     /// What branches ask about.
     pub subjects: Vec<Subject>,
     /// The guards.

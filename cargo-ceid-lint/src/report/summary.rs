@@ -1,7 +1,7 @@
 //! What was checked, in one line: how many cycles and filters, and how many of them are proved.
 
 use super::count;
-use crate::count::Verdict;
+use crate::count::{Verdict, is_guard_rule};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::pipeline::Report;
 
@@ -16,6 +16,8 @@ pub struct Summary {
     pub proved: usize,
     /// How many of them are wrong.
     pub violated: usize,
+    /// How many findings are shown of which no verdict tells: `multi_event_update`, `unregistered_filter`.
+    pub others: usize,
     /// How many findings are suppressed, with a reason or without.
     pub suppressed: usize,
     /// How many could not be decided.
@@ -54,6 +56,8 @@ impl Summary {
         let is_suppressed = |finding: &&Diagnostic| finding.suppressed.is_some();
         summary.suppressed = report.diagnostics.iter().filter(is_suppressed).count();
         for diagnostic in report.shown() {
+            summary.others +=
+                usize::from(diagnostic.level.severity().is_some() && !is_told_by_verdict(diagnostic.rule));
             match diagnostic.level.severity() {
                 Some(Severity::Error) => summary.errors += 1,
                 Some(Severity::Warning) => summary.warnings += 1,
@@ -86,6 +90,9 @@ impl Summary {
                 count(self.presumed, "function")
             );
         }
+        if self.others > 0 {
+            line += &format!("; {}", count(self.others, "other finding"));
+        }
         if self.suppressed > 0 {
             line += &format!("; {} suppressed", count(self.suppressed, "finding"));
         }
@@ -94,6 +101,20 @@ impl Summary {
         }
         line
     }
+}
+
+/// Whether the verdicts of pairs tell of the findings of a rule.
+fn is_told_by_verdict(rule: &str) -> bool {
+    let is_verdict = matches!(
+        rule,
+        "missed_update"
+            | "repeated_update"
+            | "skipped_update"
+            | "unproved_update"
+            | "gated_update"
+            | "unguarded_update"
+    );
+    is_verdict || rule == "debug_only_update" || is_guard_rule(rule)
 }
 
 #[cfg(test)]
@@ -115,6 +136,13 @@ mod tests {
         let summary = Summary::of(&Report::default());
         assert!(summary.is_nothing());
         assert_eq!(summary.line(), "checked 0 cycles with 0 filters");
+    }
+
+    #[test]
+    fn findings_beside_the_verdicts_are_told() {
+        let summary = Summary { cycles: 1, filters: 1, proved: 1, others: 1, ..Summary::default() };
+        let line = "checked 1 cycle with 1 filter: 1 proved, 0 violated, 0 unproved (100 % decided); 1 other finding";
+        assert_eq!(summary.line(), line);
     }
 
     #[test]

@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::known::{Hidden, Known, calls_of};
+use super::missed::missing;
+use super::repeated::{can_be_sibling, pasted_from, repeated, trades_with};
+use super::skipped::skipped;
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
-use crate::count::{BY_CALL, BY_GUARD, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, TAKEN, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -75,7 +77,9 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagn
     // What is missed is told by itself where the repetition that it was pasted from is not told.
     let shown: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
     let mut missed = with_hidden(cycle, missed, "missed_update", hiding);
-    for (pair, hidden) in repeats {
+    // Filters that change places between two updates go wrong together.
+    for (group, hidden) in grouped(repeats, trades_with) {
+        let [pair, partners @ ..] = group.as_slice() else { continue };
         let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
             other_hidden.is_none()
                 && can_be_sibling(pair, &other.name)
@@ -84,7 +88,7 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagn
         let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
         missed = others;
         let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
-        add(repeated(cycle, pair, &siblings), hidden);
+        add(repeated(cycle, pair, &siblings, partners), hidden);
     }
     for (group, hidden) in grouped(missed, |_, _| true) {
         add(missing(cycle, &group), hidden);
@@ -115,45 +119,6 @@ fn takes_one_path(one: &Pair, other: &Pair) -> bool {
             && other.witness.iter().filter(at).all(|own| own.message != step.message)
     };
     !one.witness.iter().any(is_against)
-}
-
-/// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
-/// the sibling, and no procedure with the owner of both.
-fn can_be_sibling(pair: &Pair, sibling: &str) -> bool {
-    let ends = pair.name.match_indices(['.', '[']).map(|(at, _)| at).chain([pair.name.len()]);
-    let told_by = ends.map(|end| &pair.name[..end]).find(|owner| {
-        let rest = sibling.strip_prefix(owner);
-        rest.is_none_or(|rest| !rest.is_empty() && !rest.starts_with(['.', '[']))
-    });
-    let is_call = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
-    let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| names_part(&step.message, owner));
-    pair.witness.iter().filter(is_call).all(says_so)
-}
-
-/// Whether a text has a place in it, or what a pattern or an alias calls it by: `stage.left` for `self.stages[*].left`.
-fn names_part(text: &str, place: &str) -> bool {
-    let part = place.rfind('.').map(|dot| &place[dot + 1..]).filter(|part| !part.ends_with(']'));
-    let is_name = |char: char| char.is_alphanumeric() || char == '_';
-    let is_word = |(at, part): (usize, &str)| {
-        let (before, behind) = (&text[..at], &text[at + part.len()..]);
-        let is_number = part.starts_with(|char: char| char.is_ascii_digit());
-        !before.ends_with(is_name) && !behind.starts_with(is_name) && (!is_number || before.ends_with('.'))
-    };
-    // `self.axis(1)` updates `self.pids[1]`.
-    let key = place.strip_suffix(']').and_then(|place| place.rfind('[').map(|at| &place[at + 1..]));
-    let is_given = |(at, key): (usize, &str)| {
-        let is_around = |char: char| is_name(char) || char == '.' || char == ':';
-        !text[..at].ends_with(is_around) && !text[at + key.len()..].starts_with(is_around)
-    };
-    text.contains(place)
-        || part.is_some_and(|part| text.match_indices(part).any(is_word))
-        || key.is_some_and(|key| text.match_indices(key).any(is_given))
-}
-
-/// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
-fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
-    let of_type = repeats.iter().filter(|pair| pair.filter_type == missed.filter_type);
-    of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own, and so has a guard
@@ -196,127 +161,13 @@ pub(super) const GUARD_HELP: &str =
     "let a guard update it: `ceid_core::ceid!(cycle => …)` at the head of the cycle, and no update by hand";
 
 /// Which half of a law goes wrong, where the cycle has to do with another half of it as well.
-fn by_half(cycle: &Cycle, pairs: &[&Pair]) -> String {
+pub(super) fn by_half(cycle: &Cycle, pairs: &[&Pair]) -> String {
     let law = &pairs[0].law;
     let is_half = |pair: &&Pair| {
         let is_other = |other: &Pair| other.name == pair.name && other.half != pair.half;
         pair.law == *law && cycle.filters.iter().any(is_other)
     };
     if pairs.iter().all(is_half) { format!(" by `{law}`") } else { String::new() }
-}
-
-fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
-    let rule = find("repeated_update")?;
-    let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
-    let siblings: Vec<String> = siblings.iter().map(|sibling| sibling.name.clone()).chain(left_out).collect();
-    let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
-    if pair.skips {
-        message.push_str(" and not at all on another path");
-    }
-    if let Some(first) = siblings.first() {
-        message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
-    }
-    let primary = pair.primary?;
-    // What runs twice at one place says how it comes there again.
-    let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
-    let by_other_guard = pair.witness.iter().any(|step| step.message.ends_with(WAYS_AGAIN[1]));
-    let by_guard = pair.witness.iter().find(|step| step.message == BY_GUARD);
-    let is_last = by_guard.is_some_and(|step| step.span == primary);
-    let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
-    let mut finding = start(rule, cycle, &[pair], message, primary, &format!("updated again here{how}"));
-    finding.notes.push(format!(
-        "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
-        pair.name
-    ));
-    finding.helps.push(match siblings.as_slice() {
-        [] if by_other_guard => format!("register `{}` with one of the guards only", pair.name),
-        [] if by_guard.is_some() => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
-        [] => "keep one of the updates".to_owned(),
-        siblings => format!("update {} here instead", quoted(siblings)),
-    });
-    finding.helps.extend(by_guard.is_none().then(|| GUARD_HELP.to_owned()));
-    finding.helps.push(suppression(rule));
-    finding.facts.filters.extend(siblings);
-    Some(finding)
-}
-
-fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
-    let rule = find("missed_update")?;
-    let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
-    let message = format!("{} {verb} never updated{} in this cycle", names(pairs), by_half(cycle, pairs));
-    let label = format!("no path through this cycle updates {them}{}", by_half(cycle, pairs));
-    let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &label);
-    let is_lost = |pair: &&&Pair| pair.witness.iter().any(|step| step.message == OF_COPY);
-    // Behind the head of the cycle, it tells where a copy is updated, or what the law gives back is dropped.
-    if let Some(Pair { name, .. }) = pairs.iter().find(is_lost) {
-        finding.notes.push(format!(
-            "each cycle begins with the same state again: `{name}` stands still, and its copy is ahead of it by one cycle at most"
-        ));
-        finding.helps.push(format!("update `{name}` itself, or put the copy back in its place"));
-    } else if let Some(pair) = pairs.iter().find(|pair| pair.witness.len() > 1) {
-        let (name, law) = (&pair.name, &pair.law);
-        finding
-            .notes
-            .push(format!("`{law}` gives back the next state and changes nothing: `{name}` stands still here"));
-        finding.helps.push(format!("put what `{law}` gives back in the place of `{name}`"));
-    } else {
-        finding.witness = Witness::default();
-        let stands = match pairs {
-            [_] => {
-                "a filter whose update law does not run keeps its old estimate: whatever reads it gets a value that stands still"
-            }
-            _ => {
-                "filters whose update laws do not run keep their old estimates: whatever reads them gets values that stand still"
-            }
-        };
-        finding.notes.push(stands.to_owned());
-        finding.helps.push(format!("update {them} once in every cycle, or {}", GUARD_HELP.replacen("it", them, 1)));
-    }
-    finding.notes.extend(others(pairs));
-    finding.helps.push(suppression(rule));
-    Some(finding)
-}
-
-fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
-    let rule = find("skipped_update")?;
-    let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
-    let message = format!("{} {verb} not updated{} on a path through this cycle", names(pairs), by_half(cycle, pairs));
-    let place = pairs[0].primary?;
-    // Where no statement skips, the condition stands for what is not taken: it has to say which way that is.
-    let is_condition = |step: &&WitnessStep| step.span == place && step.message.starts_with(TAKEN);
-    let condition = pairs[0].witness.iter().find(is_condition).and_then(|step| step.message.strip_prefix(TAKEN));
-    let when = condition.map(|condition| format!("when {condition}, ")).unwrap_or_default();
-    let mut finding =
-        start(rule, cycle, pairs, message, place, &format!("{when}this path goes on without updating {them}"));
-    let is_lost = |pair: &&Pair| pair.witness.iter().any(|step| step.message == OF_COPY);
-    if let Some(Pair { name, .. }) = pairs.iter().copied().find(is_lost) {
-        finding.primary.message = format!("this path goes on without the updated copy of `{name}`");
-        finding.helps.push(format!(
-            "put the copy back in the place of `{name}` on each path, or reset `{name}` where it is not"
-        ));
-    }
-    let mut steps = pairs.iter().flat_map(|pair| &pair.witness);
-    if let Some(step) = steps.find(|step| step.message.starts_with(OTHER_RATE)) {
-        finding.primary.message.clone_from(&step.message);
-    }
-    let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
-    finding.notes.push(format!(
-        "the cycles in which {stands} still are lost: no later step covers them, and the filter's time runs slower than the real one"
-    ));
-    finding.notes.extend(others(pairs));
-    let is_told = |end: &str| pairs.iter().flat_map(|pair| &pair.witness).any(|step| step.message.ends_with(end));
-    finding.helps.push(match () {
-        () if is_told(NO_RESET) => {
-            format!("reset {them} at each such change, as at the others: the pause is a mode then")
-        }
-        () if is_told(GOES_ON) => {
-            format!("update {them} before the paths part, or leave the clock as it is on the path that skips")
-        }
-        () => format!("update {them} before the paths part, or reset {them} on the path that skips"),
-    });
-    finding.helps.push(GUARD_HELP.to_owned());
-    finding.helps.push(suppression(rule));
-    Some(finding)
 }
 
 fn unproved(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
@@ -435,7 +286,14 @@ pub(super) fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagn
     }
 }
 
-fn start(rule: &'static Rule, cycle: &Cycle, pairs: &[&Pair], message: String, span: Span, label: &str) -> Diagnostic {
+pub(super) fn start(
+    rule: &'static Rule,
+    cycle: &Cycle,
+    pairs: &[&Pair],
+    message: String,
+    span: Span,
+    label: &str,
+) -> Diagnostic {
     let first = pairs[0];
     Diagnostic {
         message,
@@ -455,7 +313,7 @@ fn start(rule: &'static Rule, cycle: &Cycle, pairs: &[&Pair], message: String, s
 }
 
 /// The names of a group: of a large one the first, for a message that can be read.
-fn names(pairs: &[&Pair]) -> String {
+pub(super) fn names(pairs: &[&Pair]) -> String {
     let (told, rest) = told(pairs);
     match rest.len() {
         0 => quoted(&told),
@@ -466,7 +324,7 @@ fn names(pairs: &[&Pair]) -> String {
 }
 
 /// What a message does not name of a large group.
-fn others(pairs: &[&Pair]) -> Option<String> {
+pub(super) fn others(pairs: &[&Pair]) -> Option<String> {
     let (_, rest) = told(pairs);
     (!rest.is_empty()).then(|| format!("the others are {}", quoted(&rest)))
 }

@@ -4,7 +4,10 @@ mod findings;
 mod hygiene;
 mod known;
 mod levels;
+mod missed;
 mod remarks;
+mod repeated;
+mod skipped;
 
 pub use findings::findings;
 pub use hygiene::hygiene;

@@ -173,7 +173,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         let gate = self.opening(end, at, &way);
         let waits = gate.filter(|gate| !self.loses_time(*gate, &way)).or_else(|| self.of_element(end, &way));
         if waits.is_some() {
-            return waits;
+            let is_rate = waits == gate && waits == Some(Gate::Rate);
+            return if is_rate && self.sums_up_time(at) { Some(Gate::Time) } else { waits };
         }
         // Another gate that opened on the way is no reason why this one should not stay closed.
         let is_other = gate.is_none_or(|gate| gate == Gate::Time);

@@ -1,23 +1,93 @@
 //! What keeps a condition from being the gate that it looks like: said where a skip is told, so that a user sees what to change.
 
 use super::{Gates, Way};
-use crate::count::search::{End, Exploration};
+use crate::config::TimeBase;
+use crate::count::given::place_of;
+use crate::count::search::{End, Exploration, Mode};
 use crate::count::witness::{GOES_ON, NO_RESET};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Effect, NodeId, Place, SubjectId};
+use crate::flow::{Effect, Head, NodeId, Place, SubjectId};
 
 impl Gates<'_, '_> {
-    /// The place that turns a gate back into a skip: a clock that goes on without the filter, or a change of the state that does not
-    /// reset it where another one does.
-    pub(in crate::count) fn near_miss(&self, exploration: &Exploration, end: &End) -> Option<WitnessStep> {
-        let at = end.state.skipped_at?;
+    /// The places that turn a gate back into a skip: a clock that goes on without the filter, or a change of the state that does not
+    /// reset it, with what clears only a part of it.
+    pub(in crate::count) fn near_miss(&self, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
+        let Some(at) = end.state.skipped_at else { return Vec::new() };
         let way = Way::to(exploration, end, at);
         let gate = self.opening(end, at, &way);
         if gate.is_some_and(|gate| self.loses_time(gate, &way)) {
-            return self.clock_set(&way);
+            return self.clock_set(&way).into_iter().collect();
         }
-        let Effect::Branch(test) = &self.search.graph.node(at).effect else { return None };
-        test.subject.filter(|_| gate.is_none()).and_then(|subject| self.change_without_reset(subject))
+        if gate.is_some() {
+            return Vec::new();
+        }
+        let subject = match &self.search.graph.node(at).effect {
+            Effect::Branch(test) => test.subject,
+            _ => None,
+        };
+        let change = subject.and_then(|subject| self.change_without_reset(subject));
+        let told: Vec<WitnessStep> = match change {
+            Some(step) => vec![step],
+            None => subject.map(|subject| self.resumed_without_reset(subject)).unwrap_or_default(),
+        };
+        match told.is_empty() && self.time_base() == TimeBase::Passed && self.goes_on(&way) {
+            true => self.clock_set(&way).into_iter().collect(),
+            false => told,
+        }
+    }
+
+    /// Where a state changes in a pause at whose end the filter goes on as it was, if something in the cycle resets it, or a part of it:
+    /// the change, and what clears only a part.
+    fn resumed_without_reset(&self, subject: SubjectId) -> Vec<WitnessStep> {
+        let search = self.search;
+        let partly: Vec<NodeId> = self.nodes().filter(|id| search.clears_partly(*id).is_some()).collect();
+        let may_reset = |id: NodeId| self.resets(id) || self.resets_on_some_way(id);
+        if partly.is_empty() && !self.nodes().any(may_reset) {
+            return Vec::new();
+        }
+        let Some(updating) = self.updating(subject) else { return Vec::new() };
+        let changes = |id: NodeId| self.may_become(subject, updating, id);
+        let Some(way) = search.way_to_resume(self.region, Mode::new(subject, updating), &changes) else {
+            return Vec::new();
+        };
+        let Some(change) = way.iter().rfind(|id| changes(**id)) else { return Vec::new() };
+        let graph = search.graph;
+        let name = graph.subjects[subject.0 as usize].whole.as_ref().map_or("the state".to_owned(), |it| self.name(it));
+        let message = match &graph.node(*change).effect {
+            Effect::Call(site) => format!("`{}` changes {name}{NO_RESET}", site.text),
+            _ => format!("{name} changes{NO_RESET}"),
+        };
+        let step = WitnessStep { span: graph.node(*change).span, message };
+        let cleared = way.iter().filter(|id| partly.contains(id)).find_map(|id| search.clears_partly(*id));
+        cleared.into_iter().chain([step]).collect()
+    }
+
+    /// Whether a node may give a state a head with which the filter runs.
+    fn may_become(&self, subject: SubjectId, updating: u32, id: NodeId) -> bool {
+        let graph = self.search.graph;
+        let asked = &graph.subjects[subject.0 as usize];
+        let Some(whole) = &asked.whole else { return false };
+        let is_updating = |head: Option<&Head>| head.is_none_or(|head| asked.bit(head) & updating != 0);
+        match &graph.node(id).effect {
+            Effect::Write(set) | Effect::Set(set) => set.place == *whole && is_updating(set.head.as_ref()),
+            Effect::Call(site) => {
+                let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+                summaries.flat_map(|summary| &summary.sets).any(|(given, head, _)| {
+                    is_updating(head.as_ref()) && place_of(given, site).is_some_and(|place| place == *whole)
+                })
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a node calls a function that resets the filter on some ways.
+    fn resets_on_some_way(&self, id: NodeId) -> bool {
+        let Effect::Call(site) = &self.search.graph.node(id).effect else { return false };
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        let mut ways = summaries.flat_map(|summary| summary.outcomes(self.search.law));
+        ways.any(|(given, ways)| {
+            ways.iter().any(|way| way.reset) && place_of(given, site).is_some_and(|place| self.is_instance(&place))
+        })
     }
 
     /// Where a way sets the clock that the filter's step is computed from.

@@ -188,7 +188,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether an assignment adds what is the same in all iterations.
-    fn goes_on_by_setting(&self, id: NodeId) -> bool {
+    pub(super) fn goes_on_by_setting(&self, id: NodeId) -> bool {
         let change = self.search.graph.changes.get(&id);
         change.is_some_and(|change| change.kind == ChangeKind::Accumulates && self.is_of_settings(&change.computed))
     }

@@ -178,6 +178,16 @@ impl Gates<'_, '_> {
             })
     }
 
+    /// `elapsed += now - last; if elapsed < PERIOD { continue; } elapsed -= PERIOD;`: what is counted up to a limit is time, so that the
+    /// gate is one of time. Whether it loses any is asked before.
+    pub(super) fn sums_up_time(&self, at: NodeId) -> bool {
+        let Effect::Branch(test) = &self.search.graph.node(at).effect else { return false };
+        let is_counter = !self.is_helper && test.about.is_comparison && !test.about.is_remainder;
+        // The same step in each round counts rounds.
+        let is_measured = |place: &Place| !self.assigning(place).any(|id| self.goes_on_by_setting(id));
+        is_counter && self.asked(test).iter().any(|place| self.is_accumulated_time(place) && is_measured(place))
+    }
+
     pub(super) fn assigns(&self, id: NodeId, place: &Place) -> bool {
         match &self.search.graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) => write.place == *place,

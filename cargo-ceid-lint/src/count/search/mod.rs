@@ -92,7 +92,7 @@ pub(super) struct State {
     /// Why the helper called there skips, if it does so on purpose.
     pub(super) helper_gate: Option<Gate>,
     age: Age,
-    names: u32,
+    pub(super) names: u32,
     versions: u32,
     copies: u32,
     masks: u32,

@@ -1,7 +1,7 @@
 //! Whether a filter goes on after a pause with the state from before it: what tells a mode from a defect.
 
 use super::run::Run;
-use super::{Region, Search, State};
+use super::{Exploration, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
@@ -68,7 +68,30 @@ impl Search<'_> {
         })
     }
 
+    /// The nodes of an iteration in which the filter stands still with its state from before, and at whose end its mode may be one in
+    /// which it runs again: it does so without a reset, here or in the next one.
+    pub(in crate::count) fn way_to_resume(
+        &self,
+        region: Region,
+        mode: Mode,
+        changes: &dyn Fn(NodeId) -> bool,
+    ) -> Option<Vec<NodeId>> {
+        let exploration = self.explore_pauses(region, mode);
+        let resumed = exploration.states.iter().position(|state| state.age == Age::Resumed)?;
+        let stale = exploration.ends.iter().filter(|end| end.state.age == Age::Stale).map(|end| end.at);
+        let nodes = |at: usize| -> Vec<NodeId> {
+            exploration.path(at).into_iter().map(|at| exploration.states[at].node).collect()
+        };
+        [resumed].into_iter().chain(stale).map(nodes).find(|way| way.iter().any(|node| changes(*node)))
+    }
+
     fn find_resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
+        let exploration = self.explore_pauses(region, mode);
+        self.gave_up.set(self.gave_up.get() || exploration.limit);
+        !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
+    }
+
+    fn explore_pauses(&self, region: Region, mode: Mode) -> Exploration {
         let mut run = self.run(region, MAX_TRACKED);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
         let compared =
@@ -85,9 +108,7 @@ impl Search<'_> {
         run.mode = Some(mode);
         // What is known from one iteration to the next is that of the tracked subjects alone.
         run.of_element.clear();
-        let exploration = run.finish(&self.starts(region));
-        self.gave_up.set(self.gave_up.get() || exploration.limit);
-        !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
+        run.finish(&self.starts(region))
     }
 }
 

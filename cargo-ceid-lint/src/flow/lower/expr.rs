@@ -3,7 +3,7 @@
 use super::conditions::presence_head;
 use super::flags::leads_to_cell;
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, UnrunKind, Var};
 use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
@@ -134,6 +134,7 @@ impl Builder<'_> {
             ExprKind::Closure(_) => {
                 let closure = ClosureRef { frame: self.frame, expr: id };
                 self.copy_captured(closure, self.span(id));
+                self.note_unrun(closure, UnrunKind::Closure, self.captured_to_update(closure));
                 Value { closure: Some(closure), ..Value::default() }
             }
             ExprKind::Struct { fields, rest, .. } => self.struct_value(id, fields, *rest),

@@ -1,7 +1,7 @@
 //! Futures: what an `async fn` or an `async` block does happens where it is awaited, and nowhere if it never is.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Effect, Mark, Place};
+use crate::flow::{Effect, Mark, Place, UnrunKind};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Path, TypeRef};
@@ -115,8 +115,10 @@ impl Builder<'_> {
     }
 
     /// The future that an expression makes.
-    pub(super) fn future(&self, id: ExprId) -> Value {
-        Value { closure: Some(ClosureRef { frame: self.frame, expr: id }), ..Value::default() }
+    pub(super) fn future(&mut self, id: ExprId) -> Value {
+        let future = ClosureRef { frame: self.frame, expr: id };
+        self.note_unrun(future, UnrunKind::Future, self.captured_to_update(future));
+        Value { closure: Some(future), ..Value::default() }
     }
 
     /// Whether a value is a future that is known.
@@ -156,6 +158,7 @@ impl Builder<'_> {
 
     /// Runs what an `async` block or a call stands for.
     pub(super) fn run_future(&mut self, future: ClosureRef, span: Span) -> Value {
+        self.note_run(future);
         if self.at.is_none() {
             return Value::default();
         }

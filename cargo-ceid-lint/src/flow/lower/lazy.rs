@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::sources::{Item, Source};
 use super::stored::Holder;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Rounds, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Rounds, UnrunKind, Var};
 use crate::index::{TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -18,12 +18,12 @@ impl Builder<'_> {
             return None;
         }
         let source = self.source(id);
-        self.note_lent_elements(&source, receiver);
+        self.note_lent_elements(&source, receiver, method);
         Some(self.iterator_value(source))
     }
 
     /// Whoever consumes the iterator would do something to each element; where nobody does, they are in use all the same.
-    fn note_lent_elements(&mut self, source: &Source, receiver: ExprId) {
+    fn note_lent_elements(&mut self, source: &Source, receiver: ExprId, method: &str) {
         if source.stages.is_empty() || self.at.is_none() {
             return;
         }
@@ -31,6 +31,10 @@ impl Builder<'_> {
         let mut lent = Vec::new();
         if let Some(ty) = args.first() {
             self.add_lent_elements(&source.item, ty, &mut lent);
+        }
+        if let Some(closure) = source.stages.last().and_then(|stage| stage.closure()) {
+            let places = lent.iter().cloned().chain(self.captured_to_update(closure)).collect();
+            self.note_unrun(closure, UnrunKind::Iterator(method.to_owned()), places);
         }
         for element in lent {
             self.graph.lent.push(element.clone());

@@ -74,6 +74,7 @@ mod results;
 mod same_states;
 mod sampled;
 mod sources;
+mod spelling;
 mod stored;
 mod strides;
 mod subjects;
@@ -83,6 +84,7 @@ mod threads;
 mod ticks;
 mod told;
 mod unrolled;
+mod unrun;
 mod unseen;
 mod values;
 mod waits;
@@ -353,6 +355,8 @@ impl<'a> Builder<'a> {
 
     fn finish(mut self) -> ControlFlowGraph {
         self.graph.duplicated = super::Duplicated::of(self.program.index, self.body(), self.typed());
+        self.note_written_again();
+        self.settle_unrun();
         self.settle_stored();
         self.settle_known();
         self.settle_copies();
@@ -380,10 +384,6 @@ impl<'a> Builder<'a> {
 
     fn span(&self, id: ExprId) -> Span {
         self.body().expr(id).span
-    }
-
-    fn text(&self, id: ExprId) -> String {
-        patterns::shorten(self.program.sources.snippet(self.span(id)))
     }
 
     /// Adds a node that nothing leads to yet.

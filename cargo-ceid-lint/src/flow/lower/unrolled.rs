@@ -28,11 +28,19 @@ impl Builder<'_> {
         iterable: ExprId,
         inside: ExprId,
     ) -> bool {
-        let Some(rounds) = self.written_rounds(pat, iterable, inside) else { return false };
-        self.expr(iterable);
+        let references = self.same_references(iterable);
+        let is_lent = references.is_some();
+        let lent = |elements: Vec<ExprId>| elements.into_iter().map(|element| vec![(pat, None, element)]).collect();
+        let rounds: Option<Vec<Round>> = references.map(lent);
+        let Some(rounds) = rounds.or_else(|| self.written_rounds(pat, iterable, inside)) else { return false };
+        // A reference is made in its round.
+        if !is_lent {
+            self.expr(iterable);
+        }
         self.write_out(label, keyword, inside, rounds, |this, parts: Round| {
             for (pat, head, from) in parts {
-                this.bind_pattern(pat, &Value { head, ..Value::default() });
+                let value = if is_lent { this.expr(from) } else { Value { head, ..Value::default() } };
+                this.bind_pattern(pat, &value);
                 this.derive_pattern(pat, from);
             }
         });
@@ -81,6 +89,22 @@ impl Builder<'_> {
             }
         }
         true
+    }
+
+    /// The shared references in an array that is written where a loop goes over it, if two of them lead to one place: each round of
+    /// that place is one more. `for port in [&self.bus, &self.bus] { port.borrow_mut().update(); }`
+    fn same_references(&mut self, iterable: ExprId) -> Option<Vec<ExprId>> {
+        let body = self.body();
+        let elements = elements_in(self.constants(), plain_items(body, iterable))?.to_vec();
+        let mut places = Vec::new();
+        for element in &elements {
+            let ExprKind::Reference { mutable: false, raw: false, value } = body.expr(*element).kind else {
+                return None;
+            };
+            places.push(self.static_place(value).filter(|_| self.may_hold_filter(self.ty(value)))?);
+        }
+        let is_again = (1..places.len()).any(|at| places[..at].contains(&places[at]));
+        is_again.then_some(elements)
     }
 
     /// What each round of such a loop binds.

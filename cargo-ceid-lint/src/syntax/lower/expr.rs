@@ -43,6 +43,22 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
         id
     }
 
+    pub(in crate::syntax) fn number_of_exprs(&self) -> usize {
+        self.body.exprs.len()
+    }
+
+    /// Notes which calls in the arguments of a macro stand more than once in the code that it stands for, of which the expressions
+    /// begin with a number.
+    pub(in crate::syntax) fn note_written_again(&mut self, from: usize, call: Span, path: &str) {
+        let is_call = |expr: &&Expr| matches!(expr.kind, ExprKind::Call { .. } | ExprKind::MethodCall { .. });
+        let is_argument = |span: &Span| call.contains(*span) && *span != call;
+        let calls = self.body.exprs[from..].iter().filter(is_call).map(|expr| expr.span);
+        let mut places: Vec<Span> = calls.filter(is_argument).collect();
+        places.sort_unstable();
+        let again = places.chunk_by(|one, other| one == other).filter(|same| same.len() > 1).map(|same| same[0]);
+        self.body.written_again.extend(again.map(|span| (span, format!("{path}!"))));
+    }
+
     pub(super) fn add_param(&mut self, pat: PatId) {
         self.body.params.push(pat);
     }

@@ -22,6 +22,8 @@ pub struct Body {
     pub exprs: Vec<Expr>,
     /// All patterns; children come before their parents.
     pub pats: Vec<Pat>,
+    /// The calls in the arguments of macros that the rules write more than once, each with the name of its macro.
+    pub written_again: Vec<(Span, String)>,
 }
 
 impl Body {

@@ -24,6 +24,7 @@ pub(super) struct ClosureRef {
 impl Builder<'_> {
     /// Runs a closure here.
     pub(super) fn inline_closure(&mut self, closure: ClosureRef, args: &[Value], span: Span) -> Value {
+        self.note_run(closure);
         if self.at.is_none() {
             return Value::default();
         }
@@ -64,6 +65,7 @@ impl Builder<'_> {
     /// Asks here what a closure asks; control goes on where the answer is yes, and leads to `no` where it is not. Answers whether it
     /// is a question and nothing else.
     pub(super) fn inline_question(&mut self, closure: ClosureRef, args: &[Value], no: NodeId) -> bool {
+        self.note_run(closure);
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return false };
         if self.at.is_none() || self.depth >= MAX_INLINE || !is_question(body, code.body) {
@@ -212,6 +214,7 @@ impl Builder<'_> {
 
     /// A closure that runs in a thread of its own.
     pub(super) fn detach_closure(&mut self, closure: ClosureRef, span: Span) {
+        self.note_run(closure);
         if self.is_item(closure) {
             return;
         }
@@ -223,6 +226,7 @@ impl Builder<'_> {
 
     /// A closure that something unseen may run any number of times, perhaps once per cycle. A function is judged by itself.
     pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, holder: Holder, cause: Cause, span: Span) {
+        self.note_run(closure);
         if self.at.is_none() || self.is_item(closure) {
             return;
         }

@@ -650,8 +650,9 @@ impl Builder<'_> {
             self.note_advanced(receiver);
         }
         let rebuilt = matches!(method, "collect" | "collect_vec").then(|| self.rebuilt(receiver, &source)).flatten();
+        // Through the shared reference that is picked, no filter is updated.
         let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") && rebuilt.is_none()
-            || picks_one(method);
+            || picks_one(method) && !self.iterates_shared(self.ty(receiver));
         if let (true, Item::Element(collection)) = (gathers, &source.item) {
             // The references to the elements go into another collection.
             self.graph.lent_away.insert(collection.clone());
@@ -677,7 +678,11 @@ impl Builder<'_> {
         }
         let mapped = args.first().filter(|_| maps_array).and_then(|closure| self.mapped_array(&source, *closure));
         let kept_some = source.over.clone().filter(|_| asks_each);
+        let own = self.graph.loops.len();
         self.consume(id, source, closure, Consumer { state, stops, gathers });
+        if let Some(info) = self.graph.loops.get_mut(own).filter(|_| !matches!(stops, Stops::Never)) {
+            info.stops_by = Some(method.to_owned());
+        }
         if let Some(collection) = kept_some.filter(|_| self.is_collection_of_references(self.ty(receiver).peel())) {
             self.lose_some(id, method, &collection);
         }

@@ -128,6 +128,7 @@ impl Builder<'_> {
             filled: Vec::new(),
             over: None,
             passes_over: false,
+            stops_by: None,
             is_table: false,
             in_order: false,
             drains: false,

@@ -6,7 +6,7 @@ use syn::parse::{Parse, ParseStream, Parser as _};
 use syn::visit::Visit;
 
 use crate::source::Span;
-use crate::syntax::lower::{BodyLowerer, Lowerer};
+use crate::syntax::lower::{BodyLowerer, Lowerer, path_text};
 use crate::syntax::macros::duplicate;
 use crate::syntax::tree::{AssocItem, Block, ExprId, ExprKind, Item, OpaqueMacro};
 
@@ -269,9 +269,11 @@ impl BodyLowerer<'_, '_, '_> {
     /// Lowers the code that a call stands for.
     pub(in crate::syntax) fn expanding<T>(&mut self, mac: &syn::Macro, work: impl FnOnce(&mut Self) -> T) -> T {
         let call = self.low.opaque(mac).span;
+        let from = self.number_of_exprs();
         self.low.progress.enter(call);
         let value = work(self);
         self.low.progress.leave();
+        self.note_written_again(from, call, &path_text(&mac.path));
         value
     }
 }

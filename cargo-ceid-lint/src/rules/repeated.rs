@@ -1,0 +1,108 @@
+//! What is said of a filter that one cycle updates more than once, and of siblings that it was pasted over.
+
+use super::find;
+use super::findings::{GUARD_HELP, by_half, names, quoted, start, suppression};
+use crate::count::{BY_CALL, BY_GUARD, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
+use crate::diagnostic::{Diagnostic, WitnessStep};
+
+/// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
+/// the sibling, and no procedure with the owner of both.
+pub(super) fn can_be_sibling(pair: &Pair, sibling: &str) -> bool {
+    let ends = pair.name.match_indices(['.', '[']).map(|(at, _)| at).chain([pair.name.len()]);
+    let told_by = ends.map(|end| &pair.name[..end]).find(|owner| {
+        let rest = sibling.strip_prefix(owner);
+        rest.is_none_or(|rest| !rest.is_empty() && !rest.starts_with(['.', '[']))
+    });
+    let is_call = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
+    let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| names_part(&step.message, owner));
+    pair.witness.iter().filter(is_call).all(says_so)
+}
+
+/// Whether a text has a place in it, or what a pattern or an alias calls it by: `stage.left` for `self.stages[*].left`.
+fn names_part(text: &str, place: &str) -> bool {
+    let part = place.rfind('.').map(|dot| &place[dot + 1..]).filter(|part| !part.ends_with(']'));
+    let is_name = |char: char| char.is_alphanumeric() || char == '_';
+    let is_word = |(at, part): (usize, &str)| {
+        let (before, behind) = (&text[..at], &text[at + part.len()..]);
+        let is_number = part.starts_with(|char: char| char.is_ascii_digit());
+        !before.ends_with(is_name) && !behind.starts_with(is_name) && (!is_number || before.ends_with('.'))
+    };
+    // `self.axis(1)` updates `self.pids[1]`.
+    let key = place.strip_suffix(']').and_then(|place| place.rfind('[').map(|at| &place[at + 1..]));
+    let is_given = |(at, key): (usize, &str)| {
+        let is_around = |char: char| is_name(char) || char == '.' || char == ':';
+        !text[..at].ends_with(is_around) && !text[at + key.len()..].starts_with(is_around)
+    };
+    text.contains(place)
+        || part.is_some_and(|part| text.match_indices(part).any(is_word))
+        || key.is_some_and(|key| text.match_indices(key).any(is_given))
+}
+
+/// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
+pub(super) fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
+    let of_type = repeats.iter().filter(|pair| pair.filter_type == missed.filter_type);
+    of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
+}
+
+/// Whether two filters change places with each other between two updates.
+pub(super) fn trades_with(one: &Pair, other: &Pair) -> bool {
+    one.primary == other.primary && one.witness == other.witness && one.skips && other.skips && trades(one)
+}
+
+fn trades(pair: &Pair) -> bool {
+    pair.witness.iter().any(|step| step.message == TRADES)
+}
+
+pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners: &[&Pair]) -> Option<Diagnostic> {
+    let rule = find("repeated_update")?;
+    let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
+    let siblings: Vec<String> = siblings.iter().map(|sibling| sibling.name.clone()).chain(left_out).collect();
+    let group: Vec<&Pair> = [pair].into_iter().chain(partners.iter().copied()).collect();
+    let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
+    match (partners, pair.skips) {
+        ([], true) if trades(pair) => message.push_str(", and not at all in another one"),
+        ([], true) => message.push_str(" and not at all on another path"),
+        ([], false) => {}
+        _ => {
+            message = format!(
+                "{} change places between two updates: one of them is updated{} more than once in one cycle, and another one not at all",
+                names(&group),
+                by_half(cycle, &group)
+            );
+        }
+    }
+    if let Some(first) = siblings.first() {
+        message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
+    }
+    let primary = pair.primary?;
+    // What runs twice at one place says how it comes there again.
+    let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
+    let by_other_guard = pair.witness.iter().any(|step| step.message.ends_with(WAYS_AGAIN[1]));
+    let by_guard = pair.witness.iter().find(|step| step.message == BY_GUARD);
+    let is_last = by_guard.is_some_and(|step| step.span == primary);
+    let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
+    let of_macro = pair.witness.iter().filter(|step| step.span == primary).find_map(|step| macro_again(&step.message));
+    let how = of_macro.map_or_else(|| how.to_owned(), |name| format!(": `{name}` writes it more than once"));
+    let mut finding = start(rule, cycle, &group, message, primary, &format!("updated again here{how}"));
+    finding.notes.extend(of_macro.map(|name| {
+        format!("`{name}` writes down what it is given in more than one place of its code, and the update runs in each of them")
+    }));
+    finding.notes.push(format!(
+        "the update law of a sampled-time filter advances it by one sample; run twice, {} is ahead of its measurements",
+        if partners.is_empty() { format!("`{}`", pair.name) } else { "it".to_owned() }
+    ));
+    finding.helps.push(match siblings.as_slice() {
+        [] if by_other_guard => format!("register `{}` with one of the guards only", pair.name),
+        [] if by_guard.is_some() => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
+        [] if !partners.is_empty() => {
+            "update all of them before they change places, or all of them behind that".to_owned()
+        }
+        [] if let Some(name) = of_macro => format!("update it before, and give `{name}` what comes of it"),
+        [] => "keep one of the updates".to_owned(),
+        siblings => format!("update {} here instead", quoted(siblings)),
+    });
+    finding.helps.extend(by_guard.is_none().then(|| GUARD_HELP.to_owned()));
+    finding.helps.push(suppression(rule));
+    finding.facts.filters.extend(siblings);
+    Some(finding)
+}
