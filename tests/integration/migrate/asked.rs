@@ -211,6 +211,25 @@ fn a_place_that_is_no_loop_is_wrong() {
     migrate(&directory, &["--all", "src/bin/robot.rs:8"]).assert_code(2).assert_stderr("leave out the places");
 }
 
+/// Only `--all` and places write; where to look is another question, and has the flags that it has everywhere.
+#[test]
+fn flags_for_the_scope_write_nothing() {
+    let directory = two_loops("migrate_scope");
+    for scope in [&["--workspace"][..], &["-p", "migrate_scope"], &["--workspace", "--bins"], &[]] {
+        let said = migrate(&directory, scope);
+        said.assert_code(0).assert_stderr("`--all` all that can be");
+        assert_eq!(binary(&directory, "robot"), TWO_LOOPS, "{scope:?}");
+    }
+    migrate(&directory, &["--workspace", "--diff"]).assert_code(0);
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["--workspace", "--all", "--diff"])
+        .assert_code(100)
+        .assert_stderr("would migrate 1 of 2 loops");
+    migrate(&directory, &["--workspace", "--exclude", "migrate_scope", "--all"]).assert_code(0);
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["--workspace", "src/bin/robot.rs:8"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+}
+
 #[test]
 fn a_diff_writes_nothing() {
     let directory = two_loops("migrate_diff");

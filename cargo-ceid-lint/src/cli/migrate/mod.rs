@@ -41,7 +41,8 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let asked = args.asked()?;
     args.ceid_core_path.as_deref().map(core_directory).transpose()?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
-    selection.workspace = selection.packages.is_empty();
+    // Code of any member may use what a migration changes.
+    selection.workspace |= selection.packages.is_empty();
     let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
     if args.diff || matches!(asked, Asked::Nothing) {
         interrupted::tell(&project, console);
