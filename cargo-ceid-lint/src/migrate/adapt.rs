@@ -1,5 +1,5 @@
-//! Filters whose laws have another form than the guard's: with inputs, of another crate, in halves, behind a `Box`. They are lent
-//! to ceid-core's `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
+//! Filters whose laws have another form than the guard's: with inputs, of another crate, in halves. They are lent to ceid-core's
+//! `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
 
 use super::Reason;
 use super::alternatives::has_alternatives;

@@ -8,6 +8,7 @@ mod adapt;
 mod alternatives;
 mod ambiguous;
 mod body;
+mod boxed;
 mod called;
 mod captures;
 mod closure;
