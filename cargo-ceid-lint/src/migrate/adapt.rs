@@ -313,8 +313,11 @@ pub(super) fn is_not_mutable(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason>
     let binds =
         |pat: &Pat| pat.span == local.span && matches!(pat.kind, PatKind::Bind { mutable: false, by_ref: false, .. });
     let is_fixed = is_own && of.body.pats.iter().any(binds);
-    let text =
-        || format!("`{0}` is lent to the guard mutably, and is not declared so: write `mut {0}` here", local.name);
+    let name = &local.name;
+    let text = || match own.sites.is_empty() {
+        true => format!("`{name}` is never updated in the cycle, and not declared `mut`: a guard would update it"),
+        false => format!("`{name}` is lent to the guard mutably, and is not declared so: write `mut {name}` here"),
+    };
     is_fixed.then(|| Reason { span: local.span, text: text() })
 }
 

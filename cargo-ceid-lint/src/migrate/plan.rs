@@ -96,7 +96,18 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     };
     let is_able = outcome.is_ok() || partly.is_some();
     let is_helper = is_able && cycle.is_presumed && by_hand.iter().all(|pair| is_lent(loops, cycle, pair));
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), is_helper, filters, outcome, partly })
+    let is_missed = |pair: &&&Pair| pair.verdict == Verdict::Missed && pair.updates.is_empty();
+    let missed = by_hand.iter().filter(is_missed).map(|pair| pair.name.clone()).collect();
+    Some(Plan {
+        head: cycle.head,
+        whole,
+        function: cycle.function.clone(),
+        is_helper,
+        filters,
+        missed,
+        outcome,
+        partly,
+    })
 }
 
 /// Whether a filter of a function is lent to it by a parameter other than `self`.
@@ -305,6 +316,10 @@ impl Rewriter<'_> {
         gone.take_away(&mut edits);
         edits.extend(semicolon(of, self.guarded, self.edition));
         if let Some((head, rest)) = without_name(of, self.guarded, self.edition) {
+            let (name, line) = (program.sources.snippet(head), program.sources.line(head));
+            let name = name.trim_start_matches("let").trim_end().trim_end_matches('=').trim();
+            notes
+                .push(format!("the name `{name}` goes with the update, and its value stands at the end (line {line})"));
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
         }

@@ -231,6 +231,51 @@ fn flags_for_the_scope_write_nothing() {
 }
 
 #[test]
+fn what_stays_is_told_by_what_is_done_with_it() {
+    let text = "\
+trait SampledFilter { fn update(&mut self); }
+#[derive(Clone, Copy, PartialEq)]
+struct Temp { raw: i32, value: i32 }
+impl SampledFilter for Temp { fn update(&mut self) { self.value += (self.raw - self.value) / 2; } }
+fn watch(raw: &[i32]) -> usize {
+    let (mut temp, mut met) = (Temp { raw: 0, value: 0 }, 0);
+    let limit = Temp { raw: 3, value: 2 };
+    for raw in raw {
+        temp.raw = *raw;
+        met += usize::from(temp == limit);
+        temp.update();
+    }
+    met
+}
+fn shared(temp: &std::sync::RwLock<Temp>, raw: &[i32]) {
+    for raw in raw {
+        if let Ok(mut temp) = temp.write() {
+            temp.raw = *raw;
+            temp.update();
+        }
+    }
+}
+// ceid: cycle
+fn first(temp: &mut Temp, raw: i32) -> i32 {
+    temp.raw = raw;
+    let before = temp.value;
+    temp.update();
+    before
+}
+fn main() {
+    shared(&std::sync::RwLock::new(Temp { raw: 0, value: 0 }), &[1]);
+    println!(\"{} {}\", watch(&[4, 4, 3]), first(&mut Temp { raw: 0, value: 0 }, 1));
+}
+";
+    let directory = package("migrate_stays", &[("robot".to_owned(), text.to_owned())]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_stderr("`limit` stays as it is:\n    line 7: `limit` is never updated in the cycle, and not declared `mut`");
+    said.assert_stderr("with `let mut filter = temp.write().unwrap();` as its first statement");
+    said.assert_stderr("the name `before` goes with the update, and its value stands at the end (line 26)");
+    super::compiled::cargo(&directory, &["check", "--quiet"]);
+}
+
+#[test]
 fn a_diff_writes_nothing() {
     let directory = two_loops("migrate_diff");
     let said = migrate(&directory, &["--all", "--diff"]);
