@@ -6,6 +6,10 @@ use crate::pipeline::Report;
 /// Why a guard does not get a filter that the cycle updates by hand, and what to do.
 pub(super) fn left(report: &Report, cycle: &Cycle, pair: &Pair) -> Option<String> {
     let name = &pair.name;
+    // A guard has it already, which runs its law where the cycle ends.
+    if pair.updates.iter().any(|update| report.sources.snippet(*update) == "}") {
+        return None;
+    }
     if let Some(lock) = locked(report, cycle, pair) {
         return Some(format!(
             "`{name}` is updated where it can be locked, and a guard updates what it holds in each cycle: lock it for the whole \
