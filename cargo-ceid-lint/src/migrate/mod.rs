@@ -28,6 +28,7 @@ mod hollow;
 mod implicit;
 mod import;
 mod imports;
+mod in_head;
 mod inputs;
 mod iteration;
 mod lasting;

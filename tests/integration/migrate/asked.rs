@@ -270,7 +270,7 @@ fn main() {
     let directory = package("migrate_stays", &[("robot".to_owned(), text.to_owned())]);
     let said = migrate(&directory, &["--all"]);
     said.assert_stderr(
-        "`limit` stays as it is:\n    line 7: `limit` is never updated in the cycle, and not declared `mut`",
+        "`limit` stays as it is:\n    line 7: nothing updates `limit` in the cycle: if a guard should, write `mut limit` here",
     );
     said.assert_stderr("with `let mut filter = temp.write().unwrap();` as its first statement");
     said.assert_stderr("the name `before` goes with the update, and its value stands at the end (line 26)");
