@@ -1,5 +1,5 @@
-//! Filters whose laws have another form than the guard's: with inputs, of another crate, in halves, behind a `Box`. They are lent
-//! to ceid-core's `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
+//! Filters whose laws have another form than the guard's: with inputs, of another crate, in halves. They are lent to ceid-core's
+//! `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
 
 use super::Reason;
 use super::alternatives::has_alternatives;
@@ -10,10 +10,11 @@ use super::core_items::{CoreItems, core_name};
 use super::each::{each, has_vec};
 use super::halves::{halves, kept};
 use super::holding::out_of_reach;
+use super::in_head::named_in_head;
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
-use super::mentions::{Guarded, is_about, is_about_owner, is_for_references};
+use super::mentions::Guarded;
 use super::outputs::instead;
 use super::path::path_of_law;
 use super::sites::{Part, Site};
@@ -313,68 +314,12 @@ pub(super) fn is_not_mutable(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason>
     let binds =
         |pat: &Pat| pat.span == local.span && matches!(pat.kind, PatKind::Bind { mutable: false, by_ref: false, .. });
     let is_fixed = is_own && of.body.pats.iter().any(binds);
-    let text =
-        || format!("`{0}` is lent to the guard mutably, and is not declared so: write `mut {0}` here", local.name);
+    let name = &local.name;
+    let text = || match own.sites.is_empty() {
+        true => format!("nothing updates `{name}` in the cycle: if a guard should, write `mut {name}` here"),
+        false => format!("`{name}` is lent to the guard mutably, and is not declared so: write `mut {name}` here"),
+    };
     is_fixed.then(|| Reason { span: local.span, text: text() })
-}
-
-/// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it; but the
-/// condition of a `while` runs where the guard is gone, and may name what lends the filter.
-///
-/// Gives the places in that condition.
-fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason> {
-    if of.is_function {
-        return Ok(Vec::new());
-    }
-    let is_outside = |id: &ExprId| !of.inside.contains(id);
-    let is_named = |id: &ExprId| {
-        let local = of.typed.local(own.place.local);
-        if let ExprKind::Opaque(call) = of.kind(*id) {
-            return call.mentions.contains(&local.name);
-        }
-        is_about(of, &own.place, *id)
-    };
-    let mut places = Vec::new();
-    for id in of.body.within(of.loop_statement()).filter(is_outside).filter(is_named) {
-        match lookup(of, own, id) {
-            Some(place) => places.push(place),
-            None => {
-                let text = if is_about_owner(of, &own.place, id) {
-                    format!(
-                        "all of `{}` is used in the head of the loop, where `{}` is lent to the guard: use only the fields that are \
-                         needed there",
-                        of.written(id),
-                        own.spelled
-                    )
-                } else {
-                    let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
-                    format!("`{what}` is used in the head of the loop, where it is lent to the guard")
-                };
-                return Err(Reason { span: of.span(id), text });
-            }
-        }
-    }
-    Ok(places)
-}
-
-/// The place in the condition of a `while` that a name leads to, if only a field or method of it is asked for.
-fn lookup(of: &LoopBody<'_>, own: &Guarded, id: ExprId) -> Option<ExprId> {
-    let ExprKind::While { condition, .. } = of.kind(of.whole) else { return None };
-    let in_condition: Vec<ExprId> = of.body.within(*condition).collect();
-    let lends_on =
-        |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. } | ExprKind::Closure(_) | ExprKind::Macro(_));
-    if !in_condition.contains(&id) || in_condition.iter().any(lends_on) || own.place.element.is_some() {
-        return None;
-    }
-    let place = own.place.fields.iter().try_fold(id, |at, _| of.parent(at))?;
-    let is_asked = match of.kind(of.parent(place)?) {
-        ExprKind::Field { .. } => true,
-        ExprKind::MethodCall { receiver, method, .. } => {
-            *receiver == place && !is_for_references(method) && !matches!(method.as_str(), "feed" | "last_output")
-        }
-        _ => false,
-    };
-    (is_asked && of.written(place) == own.spelled).then_some(place)
 }
 
 /// The variable that keeps what a half is given until the law runs, and the statement that makes it.

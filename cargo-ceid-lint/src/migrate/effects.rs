@@ -11,7 +11,7 @@ use super::observed::outlives_panic;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, side_effect};
 use super::shared::{shared_by_owner, shared_part, touches_shared};
-use super::sites::Part;
+use super::sites::{Part, Site};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
@@ -72,17 +72,34 @@ impl Effects<'_> {
 
     /// Whether nothing runs behind the updates today, so that the laws keep their time and their order.
     fn is_last(&self) -> bool {
-        let of = self.of;
         let one = |own: &Guarded| matches!(own.sites.as_slice(), [site] if site.part == Part::Whole);
+        self.exits.left_at.is_empty()
+            && self.exits.unread.is_empty()
+            && self.guarded.iter().all(|own| one(own) && !self.has_rest(own))
+    }
+
+    /// Whether more than other updates may run in an iteration once a filter is updated, or part of it.
+    fn is_followed(&self, own: &Guarded) -> bool {
+        let is_repeated = |at: ExprId| {
+            matches!(
+                self.of.kind(at),
+                ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
+            )
+        };
+        let is_one = |site: &Site| site.part == Part::Whole && !self.of.ancestors_inside(site.call).any(is_repeated);
+        // The laws keep their order where each has one place.
+        let is_ordered = own.sites.len() == 1 || self.guarded.len() == 1;
+        !self.exits.unread.is_empty() || !is_ordered || !own.sites.iter().all(is_one) || self.has_rest(own)
+    }
+
+    /// Whether anything that stays may run behind the updates of a filter.
+    fn has_rest(&self, own: &Guarded) -> bool {
+        let of = self.of;
         let gone: BTreeSet<ExprId> = self.guarded.iter().flat_map(|own| &own.sites).map(|site| site.outer).collect();
         let is_gone = |id: ExprId| gone.contains(&id) || of.ancestors_inside(id).any(|at| gone.contains(&at));
         let is_block = |id: ExprId| matches!(of.kind(id), ExprKind::Block(_));
-        let follows =
-            |id: &ExprId| gone.iter().any(|site| of.may_follow(*site, *id)) && !is_block(*id) && !is_gone(*id);
-        self.exits.left_at.is_empty()
-            && self.exits.unread.is_empty()
-            && self.guarded.iter().all(one)
-            && !of.inside.iter().any(follows)
+        let follows = |id: &ExprId| own.sites.iter().any(|site| of.may_follow(site.outer, *id));
+        of.inside.iter().any(|id| !is_block(*id) && !is_gone(*id) && follows(id))
     }
 
     /// What is otherwise where an iteration panics: what changes if somebody catches that, and what is only told.
@@ -116,9 +133,14 @@ impl Effects<'_> {
                 (site.map_or(own.at, |site| site.call), format!("`{law}` of `{}` panics", own.spelled))
             }),
         };
-        if let Some((at, what)) = failing.filter(|_| !self.is_last()) {
-            let found = (at, format!("where {what}, the rest of the iteration has run"));
-            if goes_on { changes.push(changed(found, who)) } else { notes.push(told(found)) }
+        if let Some((at, what)) = failing {
+            // A lock that is dropped by a panic is poisoned, and one that was dropped before it is not.
+            let dropped = || self.dropped_before(own).filter(|_| goes_on).map(|name| format!("`{name}` was dropped"));
+            let rest = self.is_followed(own).then(|| "the rest of the iteration has run".to_owned());
+            if let Some(rest) = rest.or_else(dropped) {
+                let found = (at, format!("where {what}, {rest}"));
+                if goes_on { changes.push(changed(found, who)) } else { notes.push(told(found)) }
+            }
         }
         // Without its input, no law runs.
         let is_before = |id: &&ExprId| {

@@ -2,6 +2,8 @@
 //! which the program does not come back.
 
 use super::body::LoopBody;
+use super::sites::{Part, sites};
+use crate::count::{Gate, Pair, Verdict};
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
 
 /// The expressions at which an iteration may leave the loop, and those of which nothing is known.
@@ -37,6 +39,24 @@ pub(super) fn exits(of: &LoopBody<'_>) -> Exits {
     exits.left_at.sort_by_key(|id| of.span(*id));
     exits.waits.sort_by_key(|id| of.span(*id));
     exits
+}
+
+/// Whether a filter is updated once wherever its update is come to. Some calls of a function may end before that, which are left to do
+/// so above its guard.
+pub(super) fn is_exact(of: &LoopBody<'_>, pair: &Pair) -> bool {
+    matches!(pair.verdict, Verdict::Once | Verdict::PerSample) || ends_before(of, pair)
+}
+
+/// Whether a function does not update a filter only where it has returned above that. A cycle of a slower rate has a clock of its own,
+/// and is none of these.
+pub(super) fn ends_before(of: &LoopBody<'_>, pair: &Pair) -> bool {
+    let is_apart = matches!(pair.gate, Some(Gate::Config | Gate::Sample | Gate::Event));
+    if !(of.is_function && pair.verdict == Verdict::Gated && pair.counts == [0, 1] && is_apart) {
+        return false;
+    }
+    let (Ok(sites), ExprKind::Block(whole)) = (sites(of, pair), of.kind(of.block)) else { return false };
+    let [site] = sites.as_slice() else { return false };
+    site.part == Part::Whole && of.statement(site.outer).is_some_and(|(block, _)| std::ptr::eq(block, whole))
 }
 
 /// Whether `break` or `continue` goes further than the end of this iteration.

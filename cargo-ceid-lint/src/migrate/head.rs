@@ -315,6 +315,7 @@ fn body_indentation(of: &LoopBody<'_>, stop: usize) -> String {
 fn entry(own: &Guarded) -> String {
     match &own.adaptation {
         Some(adaptation) => format!("{} = {}", own.name, adaptation.name),
+        None if let Some(stars) = own.stars() => format!("{} = {stars}{}", own.name, own.spelled),
         None if own.locked.is_some() => format!("{} = *{}", own.name, own.name),
         None if own.name == own.spelled || own.place.element.is_some() => own.name.clone(),
         None => format!("{} = {}", own.name, own.spelled),

@@ -8,13 +8,14 @@ use super::ambiguous::calls_that_go;
 use super::body::LoopBody;
 use super::each::each;
 use super::elements::take_apart;
+use super::exits::{ends_before, is_exact};
 use super::iteration::listed;
-use super::locks::{is_lock_guard, lock_of, locked};
+use super::locks::{is_lock_guard, is_opened_alone, lock_of, locked};
 use super::loops::Loops;
 use super::mentions::{Guarded, held, is_about, is_about_owner};
 use super::sites::{Part, Place, Site, place_of};
 use super::text::{without_comments, words};
-use crate::count::{Pair, Verdict};
+use crate::count::Pair;
 use crate::index::{Def, FunctionId, Namespace, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, StmtKind};
@@ -64,10 +65,10 @@ pub(super) fn guarded(
         };
         let own = by_place.entry(place).or_insert(own);
         own.sites.extend(sites);
-        if pair.counts.contains(&0) {
+        if pair.counts.contains(&0) && !ends_before(of, pair) {
             own.rare.insert(pair.half);
         }
-        if !matches!(pair.verdict, Verdict::Once | Verdict::PerSample) {
+        if !is_exact(of, pair) {
             own.deviates = Some(pair.verdict);
         }
     }
@@ -391,7 +392,7 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool
     }
     let is_lock = own.is_lock_guard;
     let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
-    let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref;
+    let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref || is_opened_alone(of, init);
     let written = of.program.sources.snippet(stmt.span);
     let statement = if written.contains('\n') { "the `let` that binds it".to_owned() } else { format!("`{written}`") };
     let is_outside = of.typed.expr_local.get(&root).is_some_and(is_outside);

@@ -106,12 +106,6 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             ));
         }
         Some(TypeRef::Reference { .. }) => true,
-        Some(TypeRef::ImplTrait(_)) => {
-            return refuse(format!(
-                "the type of {} is chosen by its caller, and a guard is fed with one type: let the law take that one",
-                what()
-            ));
-        }
         Some(_) if !matches!(ty, Ty::Ref(..)) && !matches!(of.kind(id), ExprKind::Reference { .. }) => false,
         // What is generic may be a reference as well.
         _ => matches!(ty, Ty::Ref(..)) || matches!(of.kind(id), ExprKind::Reference { .. }),
@@ -360,7 +354,7 @@ pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool 
         let def = index.function(law);
         let Some(param) = def.function.params.get(number) else { return false };
         // Each function has a type of its own before it becomes a pointer.
-        if matches!(param, TypeRef::FnPointer(..)) {
+        if matches!(param, TypeRef::FnPointer(..) | TypeRef::ImplTrait(_)) {
             return true;
         }
         let written = index.lower(param, &index.scope_of(law));

@@ -68,6 +68,18 @@ fn opens(of: &LoopBody<'_>, id: ExprId) -> bool {
     }
 }
 
+/// Whether an expression is what a lock holds, which is there without locking it for who has all of it: `self.kf.get_mut()`.
+pub(super) fn is_opened_alone(of: &LoopBody<'_>, id: ExprId) -> bool {
+    match of.kind(id) {
+        ExprKind::MethodCall { receiver, method, .. } => match method.as_str() {
+            "get_mut" => lock_behind(of.typed.ty(*receiver)).is_some(),
+            "unwrap" | "expect" => is_opened_alone(of, *receiver),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
 /// The lock that a value is, or that it leads to: `Mutex` for an `Arc<Mutex<f32>>`.
 pub(super) fn lock_behind(ty: &Ty) -> Option<&str> {
     let Ty::External(path, args) = ty.peel() else { return None };

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
+use super::boxed::{self, is_for_box, needless_star};
 use super::each;
 use super::loops::Loops;
 use super::owned::is_owned;
@@ -51,13 +52,9 @@ impl Guarded {
         self.locked.is_some() || matches!(self.ty, Ty::Ref(..))
     }
 
-    fn is_box(&self) -> bool {
-        matches!(&self.ty, Ty::External(path, _) if path == "std::boxed::Box")
-    }
-
     /// Whether a guard can hold it as it is, or its elements.
     pub(super) fn is_held(&self) -> bool {
-        held(&self.ty) == Some(&self.filter) || self.locked.is_some()
+        held(&self.ty) == Some(&self.filter) || self.locked.is_some() || self.stars().is_some()
     }
 
     /// Whether a variable above the loop has it lent.
@@ -235,7 +232,8 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     }
     let is_pointer = own.is_reference() || own.is_box();
     let is_hidden = own.adaptation.is_some() && of.parent(at).is_some_and(|parent| is_hidden(of, parent, at));
-    let is_of_pointer = is_pointer && is_shadowed(of, at) && own.adaptation.is_some() || is_for_box(of, own, at);
+    let is_opened = own.adaptation.is_some() || own.is_unboxed();
+    let is_of_pointer = is_pointer && is_shadowed(of, at) && is_opened || is_for_box(of, own, at);
     if is_of_pointer {
         let text = format!("what is called here on `{spelled}` is called on a pointer, which the guard does not have");
         return refuse(text);
@@ -247,6 +245,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         true => format!("(**{})", own.name),
         false => format!("{prefix}{}", own.name),
     };
+    if let Some(star) = needless_star(of, own, at) {
+        return Ok(Some((star, name)));
+    }
     let written = of.written(at);
     if written == name || is_captured(of, at) {
         return Ok(None);
@@ -349,6 +350,9 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
         return None;
     }
     let is_pointer = own.is_box();
+    if own.is_unboxed() {
+        return boxed::prefix(of, own, at, parent);
+    }
     if own.is_reference() || is_pointer {
         return match of.kind(parent) {
             ExprKind::Reference { mutable: true, .. } if !is_pointer => None,
@@ -435,15 +439,6 @@ pub(super) fn is_for_references(method: &str) -> bool {
 /// Those of them that take the value.
 fn is_by_value(method: &str) -> bool {
     matches!(method, "into" | "try_into" | "max" | "min" | "clamp")
-}
-
-/// Whether a method is called here that a box has for itself.
-fn is_for_box(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> bool {
-    let is_box = matches!(own.ty.peel(), Ty::External(path, _) if path == "std::boxed::Box");
-    let own_methods = ["as_ref", "as_mut", "clone", "clone_from", "to_owned"];
-    is_box
-        && matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::MethodCall { receiver, method, .. })
-            if *receiver == at && own_methods.contains(&method.as_str()))
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.

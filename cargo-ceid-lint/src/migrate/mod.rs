@@ -8,6 +8,7 @@ mod adapt;
 mod alternatives;
 mod ambiguous;
 mod body;
+mod boxed;
 mod called;
 mod captures;
 mod closure;
@@ -27,6 +28,7 @@ mod hollow;
 mod implicit;
 mod import;
 mod imports;
+mod in_head;
 mod inputs;
 mod iteration;
 mod lasting;
@@ -92,6 +94,8 @@ pub struct Plan {
     pub is_helper: bool,
     /// The filters that it updates by hand, as the source spells them.
     pub filters: Vec<String>,
+    /// Those of them that it never updates.
+    pub missed: Vec<String>,
     /// The rewriting, or why there is none.
     pub outcome: Result<Rewrite, Vec<Reason>>,
     /// Where they cannot all go without a change, those that can while the others stay.
@@ -116,8 +120,7 @@ impl Plan {
         let partly = self.partly.as_ref().map(|partly| {
             let staying: Vec<String> =
                 self.filters.iter().filter(|name| !partly.filters.contains(name)).cloned().collect();
-            let verb = if staying.len() == 1 { "stays" } else { "stay" };
-            let title = format!("let a guard update {}; {} {verb} by hand", quoted(&partly.filters), quoted(&staying));
+            let title = format!("let a guard update {}; {}", quoted(&partly.filters), self.stay(&staying));
             (title, &partly.rewrite)
         });
         let all = self.outcome.as_ref().ok().map(|rewrite| {
@@ -125,6 +128,18 @@ impl Plan {
             (format!("let a guard update {}{changes}", quoted(&self.filters)), rewrite)
         });
         partly.into_iter().chain(all).collect()
+    }
+
+    /// That these filters stay by hand, or as they are where one of them is never updated.
+    #[must_use]
+    pub fn stay(&self, staying: &[String]) -> String {
+        let verb = if staying.len() == 1 { "stays" } else { "stay" };
+        let how = match staying {
+            _ if !staying.iter().any(|name| self.missed.contains(name)) => "by hand",
+            [_] => "as it is",
+            _ => "as they are",
+        };
+        format!("{} {verb} {how}", quoted(staying))
     }
 
     /// The rewriting of all filters as a suggestion, if there is one and no manifest has to change for it.

@@ -9,7 +9,7 @@ use super::called::called;
 use super::captures::captures;
 use super::conditional::unread;
 use super::effects::Effects;
-use super::exits::{Exits, exits};
+use super::exits::{Exits, ends_before, exits, is_exact};
 use super::gone::Gone;
 use super::head::CycleRate;
 use super::holding::{guarded, is_vec};
@@ -61,7 +61,8 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
     let of = LoopBody::find(loops, cycle.head);
     let is_sampled_here = |pair: &Pair| pair.verdict == Verdict::PerSample && is_in_its_loop(of.as_ref(), pair);
-    let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair)) && !is_own(pair);
+    let ends_before = |pair: &Pair| of.as_ref().is_some_and(|of| ends_before(of, pair));
+    let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair) || ends_before(pair)) && !is_own(pair);
     let by_hand: Vec<&Pair> = cycle.filters.iter().filter(is_by_hand).collect();
     if by_hand.is_empty() {
         return of.filter(|_| !hands_on).and_then(|of| plan_of_a_law(&of, cycle));
@@ -96,7 +97,18 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     };
     let is_able = outcome.is_ok() || partly.is_some();
     let is_helper = is_able && cycle.is_presumed && by_hand.iter().all(|pair| is_lent(loops, cycle, pair));
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), is_helper, filters, outcome, partly })
+    let is_missed = |pair: &&&Pair| pair.verdict == Verdict::Missed && pair.updates.is_empty();
+    let missed = by_hand.iter().filter(is_missed).map(|pair| pair.name.clone()).collect();
+    Some(Plan {
+        head: cycle.head,
+        whole,
+        function: cycle.function.clone(),
+        is_helper,
+        filters,
+        missed,
+        outcome,
+        partly,
+    })
 }
 
 /// Whether a filter of a function is lent to it by a parameter other than `self`.
@@ -157,7 +169,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 reasons.push(Reason { span, text });
                 continue;
             }
-            Verdict::Once | Verdict::PerSample => {}
+            _ if is_exact(&of, pair) => {}
             _ => {
                 let text = format!("`{}` is {verdict} today; the guard updates it exactly once", pair.name);
                 changes.push(Reason { span, text });
@@ -211,7 +223,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(vec![reason]);
     }
     let exits = exits(&of);
-    let is_exact = by_hand.iter().all(|pair| matches!(pair.verdict, Verdict::Once | Verdict::PerSample));
+    let is_exact = by_hand.iter().all(|pair| is_exact(&of, pair));
     let behind = match &present {
         Some(present) => present
             .admits(&of, &guarded, &exits, is_exact)
@@ -305,6 +317,10 @@ impl Rewriter<'_> {
         gone.take_away(&mut edits);
         edits.extend(semicolon(of, self.guarded, self.edition));
         if let Some((head, rest)) = without_name(of, self.guarded, self.edition) {
+            let (name, line) = (program.sources.snippet(head), program.sources.line(head));
+            let name = name.trim_start_matches("let").trim_end().trim_end_matches('=').trim();
+            notes
+                .push(format!("the name `{name}` goes with the update, and its value stands at the end (line {line})"));
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
         }

@@ -80,6 +80,7 @@ pub(super) fn plan_of_a_law(of: &LoopBody<'_>, cycle: &Cycle) -> Option<Plan> {
         function: cycle.function.clone(),
         is_helper: false,
         filters,
+        missed: Vec::new(),
         outcome: Err(vec![Reason { span: cycle.head, text }]),
         partly: None,
     })

@@ -11,6 +11,9 @@ const GUARD: &str = "std::cell::LockResult";
 
 /// What a method of a cell or lock gives that opens it.
 pub(super) fn opened(cell: &str, method: &str, content: Ty) -> Ty {
+    if method == "get_mut" && gives_guard(cell, method) {
+        return Ty::Ref(true, Box::new(content));
+    }
     let path = if gives_guard(cell, method) { GUARD } else { "std::sync::LockResult" };
     Ty::std(path, vec![Ty::Ref(true, Box::new(content))])
 }

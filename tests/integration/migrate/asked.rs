@@ -211,6 +211,72 @@ fn a_place_that_is_no_loop_is_wrong() {
     migrate(&directory, &["--all", "src/bin/robot.rs:8"]).assert_code(2).assert_stderr("leave out the places");
 }
 
+/// Only `--all` and places write; where to look is another question, and has the flags that it has everywhere.
+#[test]
+fn flags_for_the_scope_write_nothing() {
+    let directory = two_loops("migrate_scope");
+    for scope in [&["--workspace"][..], &["-p", "migrate_scope"], &["--workspace", "--bins"], &[]] {
+        let said = migrate(&directory, scope);
+        said.assert_code(0).assert_stderr("`--all` all that can be");
+        assert_eq!(binary(&directory, "robot"), TWO_LOOPS, "{scope:?}");
+    }
+    migrate(&directory, &["--workspace", "--diff"]).assert_code(0);
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["--workspace", "--all", "--diff"])
+        .assert_code(100)
+        .assert_stderr("would migrate 1 of 2 loops");
+    migrate(&directory, &["--workspace", "--exclude", "migrate_scope", "--all"]).assert_code(0);
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["--workspace", "src/bin/robot.rs:8"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+}
+
+#[test]
+fn what_stays_is_told_by_what_is_done_with_it() {
+    let text = "\
+trait SampledFilter { fn update(&mut self); }
+#[derive(Clone, Copy, PartialEq)]
+struct Temp { raw: i32, value: i32 }
+impl SampledFilter for Temp { fn update(&mut self) { self.value += (self.raw - self.value) / 2; } }
+fn watch(raw: &[i32]) -> usize {
+    let (mut temp, mut met) = (Temp { raw: 0, value: 0 }, 0);
+    let limit = Temp { raw: 3, value: 2 };
+    for raw in raw {
+        temp.raw = *raw;
+        met += usize::from(temp == limit);
+        temp.update();
+    }
+    met
+}
+fn shared(temp: &std::sync::RwLock<Temp>, raw: &[i32]) {
+    for raw in raw {
+        if let Ok(mut temp) = temp.write() {
+            temp.raw = *raw;
+            temp.update();
+        }
+    }
+}
+// ceid: cycle
+fn first(temp: &mut Temp, raw: i32) -> i32 {
+    temp.raw = raw;
+    let before = temp.value;
+    temp.update();
+    before
+}
+fn main() {
+    shared(&std::sync::RwLock::new(Temp { raw: 0, value: 0 }), &[1]);
+    println!(\"{} {}\", watch(&[4, 4, 3]), first(&mut Temp { raw: 0, value: 0 }, 1));
+}
+";
+    let directory = package("migrate_stays", &[("robot".to_owned(), text.to_owned())]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_stderr(
+        "`limit` stays as it is:\n    line 7: nothing updates `limit` in the cycle: if a guard should, write `mut limit` here",
+    );
+    said.assert_stderr("with `let mut filter = temp.write().unwrap();` as its first statement");
+    said.assert_stderr("the name `before` goes with the update, and its value stands at the end (line 26)");
+    super::compiled::cargo(&directory, &["check", "--quiet"]);
+}
+
 #[test]
 fn a_diff_writes_nothing() {
     let directory = two_loops("migrate_diff");

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::Resettable;
 
 use crate::cli::args::{Build, Ignored, Scope, Talk};
 
@@ -21,9 +22,11 @@ something else than before; what, is told. Nothing is built, and `Cargo.lock` is
 Exit codes: 0 done, 100 a loop that was named is refused, 101 something could not be read or written, 2 wrong usage. With
 `--diff`: 0 nothing would be changed, 100 something would be.";
 
+// Elsewhere `--all` is cargo's old name of `--workspace`, which only says where to look; here it says what to do.
 #[derive(Debug, Args)]
+#[command(mut_arg("workspace", |arg| arg.alias(Resettable::Reset)))]
 pub(in crate::cli) struct MigrateArgs {
-    /// The loops to migrate: a file, and a line of the loop. `--all` (`--workspace`) migrates all that can be.
+    /// The loops to migrate: a file, and a line of the loop. Without any, and without `--all`, nothing is written.
     #[arg(value_name = "FILE:LINE")]
     pub(in crate::cli) places: Vec<String>,
     #[command(flatten)]
@@ -32,6 +35,9 @@ pub(in crate::cli) struct MigrateArgs {
     pub(in crate::cli) build: Build,
     #[command(flatten)]
     pub(in crate::cli) ignored: Ignored,
+    /// Migrate all loops that can be, of the packages and targets that are looked at: the whole workspace, if none are named.
+    #[arg(long, help_heading = "Migration")]
+    pub(in crate::cli) all: bool,
     /// Where `ceid-core` lies, for packages that do not depend on it yet; without it, they ask for its version.
     #[arg(long, value_name = "DIR", help_heading = "Migration")]
     pub(in crate::cli) ceid_core_path: Option<PathBuf>,
@@ -67,9 +73,9 @@ impl MigrateArgs {
     /// What they ask for.
     pub(super) fn asked(&self) -> Result<Asked, String> {
         if self.places.is_empty() {
-            return Ok(if self.scope.workspace { Asked::All } else { Asked::Nothing });
+            return Ok(if self.all { Asked::All } else { Asked::Nothing });
         }
-        if self.scope.workspace {
+        if self.all {
             return Err("`--all` migrates every loop: leave out the places".to_owned());
         }
         let place = |text: &String| {

@@ -4,6 +4,7 @@ mod args;
 mod core;
 mod files;
 mod keyed;
+mod left;
 mod names;
 mod offered;
 
@@ -15,12 +16,13 @@ use std::time::Instant;
 use self::core::{core_directory, relative};
 use self::files::{same_file, text_of};
 use self::keyed::{Key, Keyed, keyed};
+use self::left::left;
 use self::names::needless_names;
 use self::offered::Offered;
 use super::args::FixArgs;
 use super::console::Stream;
 use super::{Console, ExitStatus, input, interrupted, vcs};
-use crate::count::{Cycle, Gate, Pair, Verdict};
+use crate::count::Cycle;
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
@@ -41,7 +43,8 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let asked = args.asked()?;
     args.ceid_core_path.as_deref().map(core_directory).transpose()?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
-    selection.workspace = selection.packages.is_empty();
+    // Code of any member may use what a migration changes.
+    selection.workspace |= selection.packages.is_empty();
     let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
     if args.diff || matches!(asked, Asked::Nothing) {
         interrupted::tell(&project, console);
@@ -200,7 +203,7 @@ impl Run<'_> {
         }
         let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
         for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
-            let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
+            let reasons: Vec<String> = cycle.filters.iter().filter_map(|pair| left(report, cycle, pair)).collect();
             if !reasons.is_empty() {
                 let file = &report.sources.file(cycle.head.file).name;
                 let title = format!("{file}:{}: `{}`: not migrated", line(cycle.head), cycle.function);
@@ -257,12 +260,11 @@ impl Run<'_> {
         let going = self.going(plan);
         let staying: Vec<String> = plan.filters.iter().filter(|name| !going.contains(name)).cloned().collect();
         let (Some(partly), [_, ..]) = (&plan.partly, staying.as_slice()) else { return };
-        let verb = if staying.len() == 1 { "stays" } else { "stay" };
         let how = match &plan.outcome {
             Ok(_) => " (`--unsafe-fixes` migrates all, and the program does something else then)",
             Err(_) => "",
         };
-        self.console.say(&format!("  {} {verb} by hand{how}:", quoted(&staying)));
+        self.console.say(&format!("  {}{how}:", plan.stay(&staying)));
         let mut reasons: Vec<String> = partly.reasons.iter().map(|reason| told(report, plan, reason)).collect();
         reasons.dedup();
         reasons.iter().for_each(|reason| self.console.say(&format!("    {reason}")));
@@ -396,39 +398,6 @@ impl Run<'_> {
         lines.dedup();
         self.console.warn(&lines.join("\n  "));
     }
-}
-
-/// Why a guard does not get a filter that the cycle updates by hand, and what to do.
-fn left(pair: &Pair) -> Option<String> {
-    let name = &pair.name;
-    let what = match (pair.verdict, pair.gate) {
-        (Verdict::Gated, Some(Gate::Rate)) => {
-            "runs at a slower rate, and a guard updates it in each cycle: give it a `Divider` of ceid-core and its owner a `SampledFilter` \
-             with `tick.every`, or leave it as it is"
-        }
-        (Verdict::Gated, Some(Gate::Config)) if name.ends_with("[*]") => {
-            "is updated in part, as a setting says, and a guard updates all that it holds in each cycle: keep those that are updated \
-             in a collection of their own, or leave it as it is"
-        }
-        (Verdict::Gated, Some(Gate::Config)) => {
-            "is updated or not, as a setting says, and a guard updates what it holds in each cycle: choose the loop by the setting, or \
-             give the guard an `Option`, which is a filter where its content is one"
-        }
-        (Verdict::Gated, _) => {
-            "is left out in some iterations on purpose, and a guard updates it in each: make those iterations no cycles, with a loop \
-             that begins one only when it is due, or leave it as it is"
-        }
-        (Verdict::OnceOrReset, _) => {
-            "is reset instead of updated in some iterations, and a guard updates it in each: put the reset into its law, or leave it \
-             as it is"
-        }
-        (Verdict::PerSample, _) => {
-            "is updated for each sample of an inner loop, and a guard updates it once per cycle: migrate the inner loop, or leave it \
-             as it is"
-        }
-        _ => return None,
-    };
-    Some(format!("`{name}` {what}"))
 }
 
 fn is_unused(finding: &&Diagnostic) -> bool {

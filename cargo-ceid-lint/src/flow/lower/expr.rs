@@ -113,8 +113,8 @@ impl Builder<'_> {
             ExprKind::Not(_) => self.condition_value(id),
             ExprKind::Negate(inner) => {
                 let value = self.expr(*inner);
-                self.operands(id, "-", &[*inner], &[value]);
-                Value { head: self.constant_head(id), ..Value::default() }
+                let value = self.operands(id, "-", &[*inner], &[value]);
+                Value { head: self.constant_head(id), ..value }
             }
             ExprKind::Binary { op: "&&" | "||" | "==" | "!=" | "<" | "<=" | ">" | ">=", .. } => {
                 self.condition_value(id)
@@ -205,21 +205,32 @@ impl Builder<'_> {
         if let Some(value) = self.operator_call(id, op, operands, values) {
             return value;
         }
-        self.lose_operands(id, operands, values);
-        Value::default()
+        let copy = self.lose_operands(id, operands, values);
+        // What comes back may be what it took, run or not.
+        copy.filter(|_| *self.ty(id) == Ty::Unknown || self.may_hold_filter(self.ty(id))).unwrap_or_default()
     }
 
-    /// What an operator takes that is not seen.
-    pub(super) fn lose_operands(&mut self, id: ExprId, operands: &[ExprId], values: &[Value]) {
-        let holds = |operand: &ExprId| {
-            let ty = self.ty(*operand);
-            !matches!(ty, Ty::Ref(..)) && self.program.index.holds_filter(ty)
-        };
-        let taken = operands.iter().zip(values).filter(|(operand, _)| holds(operand));
-        let places: Vec<Place> = taken.filter_map(|(_, value)| value.place.clone()).collect();
-        if !places.is_empty() && self.at.is_some() {
+    /// What an operator takes that is not seen. Of a value that is copied, it is the copy, which is given back.
+    pub(super) fn lose_operands(&mut self, id: ExprId, operands: &[ExprId], values: &[Value]) -> Option<Value> {
+        self.at?;
+        let (mut places, mut copied) = (Vec::new(), None);
+        for (operand, value) in operands.iter().zip(values) {
+            let ty = self.ty(*operand).clone();
+            if value.place.is_none() || matches!(ty, Ty::Ref(..)) || !self.program.index.holds_filter(&ty) {
+                continue;
+            }
+            if self.program.index.copies_filter(&ty) {
+                let copy = self.copy_of(value, ty, self.span(*operand));
+                places.extend(copy.place.clone());
+                copied.get_or_insert(copy);
+            } else {
+                places.extend(value.place.clone());
+            }
+        }
+        if !places.is_empty() {
             self.emit(Effect::Unknown { places, cause: Cause::Call(self.text(id)) }, self.span(id));
         }
+        copied
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {

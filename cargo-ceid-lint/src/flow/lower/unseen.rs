@@ -2,6 +2,7 @@
 
 use super::calls::path_tail;
 use super::stored::Holder;
+use super::values::is_plain;
 use super::{Builder, Value};
 use crate::flow::{Caller, Cause, Effect};
 use crate::index::Ty;
@@ -37,7 +38,11 @@ impl Builder<'_> {
             if self.ty(*expr).peel() == ty && self.program.index.returned_spec(ty).is_some() {
                 places.extend(value.place.clone());
             }
-            if let Some(place) = value.place.as_ref().filter(|_| self.is_value_of_filter(*expr)) {
+            // Of a copy, nothing comes back in a number: `f64::from(kf)`.
+            let is_copy = self.program.index.copies_filter(self.ty(*expr)) && !self.is_receiver(id, *expr);
+            let is_number = || is_plain(self.ty(id)) || *self.ty(id) == Ty::unit() || is_of_number(&text);
+            let is_gone = is_copy && is_number();
+            if let Some(place) = value.place.as_ref().filter(|_| is_gone || self.is_value_of_filter(*expr)) {
                 self.note_use(place, *expr);
             } else if let Some(place) = &value.place
                 && (!self.is_shared(*expr)
@@ -129,4 +134,11 @@ impl Builder<'_> {
             _ => Value::default(),
         }
     }
+}
+
+/// Whether a function belongs to a type of numbers.
+fn is_of_number(path: &str) -> bool {
+    let owner = path.split("::").next().unwrap_or_default();
+    let is_size = |size: &str| matches!(size, "8" | "16" | "32" | "64" | "128" | "size");
+    path.contains("::") && (owner == "bool" || owner.strip_prefix(['f', 'i', 'u']).is_some_and(is_size))
 }
