@@ -59,13 +59,16 @@ impl Builder<'_> {
             return None;
         }
         let (init, rest) = self.declaration(local)?;
-        let first = self.elements_of(init)?;
-        let before: Vec<(ExprId, u64)> = self.pushes(rest, local, named).collect();
+        let emptied = self.last_emptied(rest, local, named);
+        let first = if emptied.is_some() { 0 } else { self.elements_of(init)? };
+        let is_since = |id: ExprId| emptied.is_none_or(|emptied| id > emptied);
+        let mut before: Vec<(ExprId, u64)> = self.pushes(rest, local, named).collect();
+        before.retain(|(receiver, _)| is_since(*receiver));
         let is_known = |id: ExprId| {
             let use_of = use_of(self.body(), id);
             use_of == Use::Look || use_of != Use::Other && before.iter().any(|(receiver, _)| *receiver == id)
         };
-        let is_plain = self.uses_before(local, named).all(is_known);
+        let is_plain = self.uses_before(local, named).filter(|id| is_since(*id)).all(is_known);
         is_plain.then_some(before.into_iter().fold(first, |all, (_, count)| all + count))
     }
 
@@ -91,6 +94,37 @@ impl Builder<'_> {
             is_it.then_some((*receiver, count))
         };
         rest.iter().filter_map(pushed)
+    }
+
+    /// Where a statement that surely runs leaves nothing in a collection, the last one before an expression.
+    fn last_emptied(&self, rest: &[Stmt], local: LocalId, before: ExprId) -> Option<ExprId> {
+        let (body, typed) = (self.body(), self.typed());
+        let is_it = |id: ExprId| typed.expr_local.get(&id) == Some(&local);
+        let emptied = |stmt: &Stmt| {
+            let StmtKind::Expr { expr, .. } = &stmt.kind else { return None };
+            let (call, is_popped) = match &body.expr(*expr).kind {
+                ExprKind::For { iterable, .. } => (*iterable, false),
+                ExprKind::While { condition, body: inside, .. } => {
+                    let ExprKind::Let { pat, value } = &body.expr(*condition).kind else { return None };
+                    let PatKind::TupleStruct(_, inner) = &body.pat(*pat).kind else { return None };
+                    let is_stopped = body
+                        .within(*inside)
+                        .any(|id| matches!(body.expr(id).kind, ExprKind::Break { .. }) || is_it(id));
+                    (*value, !is_stopped && inner.iter().all(|inner| self.is_irrefutable(*inner)))
+                }
+                ExprKind::MethodCall { .. } => (*expr, false),
+                _ => return None,
+            };
+            let ExprKind::MethodCall { receiver, method, args, .. } = &body.expr(call).kind else { return None };
+            let is_emptied = match (method.as_str(), args.as_slice()) {
+                ("drain", args) => self.is_full_range(args),
+                ("pop" | "pop_front" | "pop_back", []) => is_popped,
+                ("clear", []) => true,
+                _ => false,
+            };
+            (is_emptied && stmt.cfg.is_none() && *expr < before && is_it(*receiver)).then_some(*receiver)
+        };
+        rest.iter().filter_map(emptied).next_back()
     }
 
     /// Whether a loop over the collection that a local is declared with may be left in one of its rounds, so that only their order tells
