@@ -19,6 +19,9 @@ const MAX_ROUNDS: u32 = 8;
 /// How many places a function may have where types hold each other.
 const MAX_NESTED: usize = 32;
 
+/// The same where functions call each other and no type is seen to hold itself: parts of type parameters.
+const MAX_WIDE: usize = 48;
+
 impl Summaries {
     /// Computes the summaries of all functions, callees first; those that do not call each other side by side.
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], answering: Answering) -> Self {
@@ -109,11 +112,11 @@ impl Summaries {
     }
 }
 
-/// Whether types that hold each other have many places already: the next round finds many times as many.
+/// Whether functions that call each other have many places already: the next round finds many times as many.
 fn is_too_wide(program: &Program<'_>, graph: &ControlFlowGraph, summary: &Summary) -> bool {
     let places: BTreeSet<&Given> = summary.given_places().collect();
-    places.len() > MAX_NESTED
-        && places.iter().any(|given| has_owner_twice(program.index, graph, &instance_of(graph, given)))
+    let is_nested = |given: &&Given| has_owner_twice(program.index, graph, &instance_of(graph, given));
+    places.len() > MAX_WIDE || places.len() > MAX_NESTED && places.iter().any(is_nested)
 }
 
 /// How many states the searches of a function for all its filters may have together. Functions that call each other have fewer for
