@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::sample::has_word;
-use super::{Gates, Way};
+use super::{Gates, MAX_ORIGINS, Way};
 use crate::count::cycles::named;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
@@ -344,8 +344,28 @@ impl Gates<'_, '_> {
         let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
         let is_kept = place.steps.is_empty() && test.about.names.iter().all(is_constant) && is_answer;
         let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
-        let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
-        (calls.count() == 1).then_some(computed)
+        let mut calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
+        let (Some(call), None) = (calls.next(), calls.next()) else { return None };
+        (!self.is_given_otherwise(place, call, 0)).then_some(computed)
+    }
+
+    /// Whether a value may be one that another call gave, or whoever called the function: of `if 3 < pins.len() { pins[3] } else { false }`,
+    /// the call tells nothing.
+    fn is_given_otherwise(&self, place: &Place, call: &String, copies: u32) -> bool {
+        let graph = self.search.graph;
+        let is_of_call = |var| graph.computed.get(&var).is_some_and(|computed| computed.calls.contains(call));
+        self.assigning(place).any(|id| match &graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) if set.head.is_none() => {
+                let from = set.same_as.map(Place::var).or_else(|| set.from.clone());
+                from.is_some_and(|from| {
+                    let var = from.base_var();
+                    let is_named = var.is_some_and(|var| !graph.var(var).name.is_empty() && !is_of_call(var));
+                    let is_copy = from.steps.is_empty() && copies < MAX_ORIGINS;
+                    is_named || is_copy && self.is_given_otherwise(&from, call, copies + 1)
+                })
+            }
+            _ => false,
+        })
     }
 
     /// `if fix.seq != self.seq { self.seq = fix.seq; f.update(fix.x); }`: the sample is none if it is still the last one, whose number
