@@ -281,9 +281,7 @@ impl Run<'_, '_> {
         // A copy of a number or flag is another one as soon as the place is written.
         let is_reference = || {
             let held = set.place.base_var().map(|var| &self.search.graph.var(var).ty);
-            held.is_none_or(|ty| {
-                matches!(ty, Ty::Ref(..) | Ty::Pointer(_)) || !self.search.program.index.is_copy(ty)
-            })
+            held.is_none_or(|ty| matches!(ty, Ty::Ref(..) | Ty::Pointer(_)) || !self.search.program.index.is_copy(ty))
         };
         self.mode.is_some()
             && set.rebinds
