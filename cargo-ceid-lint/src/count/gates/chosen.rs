@@ -175,7 +175,7 @@ impl Gates<'_, '_> {
     }
 
     /// The branches from which no other one lies before a node, each with its successor; `None` if an iteration comes there by none.
-    fn leading_to(&self, id: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
+    pub(super) fn leading_to(&self, id: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
         let graph = self.search.graph;
         let mut leading: BTreeMap<NodeId, Vec<NodeId>> = BTreeMap::new();
         for node in self.nodes() {

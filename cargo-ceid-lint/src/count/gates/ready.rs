@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::sample::has_word;
 use super::{Gates, MAX_ORIGINS, Way};
 use crate::count::cycles::named;
-use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
+use crate::flow::{About, ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 
 /// Words in the names of methods that ask whether a sample is there: `data_ready`, `has_new`.
@@ -354,8 +354,17 @@ impl Gates<'_, '_> {
     fn is_given_otherwise(&self, place: &Place, call: &String, copies: u32) -> bool {
         let graph = self.search.graph;
         let is_of_call = |var| graph.computed.get(&var).is_some_and(|computed| computed.calls.contains(call));
+        let is_about = |about: &About| {
+            let read = about.reads.iter().filter_map(Place::base_var);
+            about.is_presence || about.names.contains(call) || read.into_iter().any(is_of_call)
+        };
+        let asks_another = |(branch, _): (NodeId, NodeId)| matches!(&graph.node(branch).effect, Effect::Branch(test) if !is_about(&test.about));
         self.assigning(place).any(|id| match &graph.node(id).effect {
-            Effect::Set(set) | Effect::Write(set) if set.head.is_none() => {
+            // `!pins.is_empty() && pins[0]`
+            Effect::Set(set) | Effect::Write(set) if set.head.is_some() => {
+                self.leading_to(id).into_iter().flatten().any(asks_another)
+            }
+            Effect::Set(set) | Effect::Write(set) => {
                 let from = set.same_as.map(Place::var).or_else(|| set.from.clone());
                 from.is_some_and(|from| {
                     let var = from.base_var();
