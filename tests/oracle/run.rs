@@ -233,7 +233,7 @@ impl Batch {
         let is_over = |head: &str| match name.rsplit_once('[') {
             Some((collection, _)) if head.contains(collection) => true,
             _ => {
-                let row: String = head.chars().take_while(|char| char.is_ascii_alphanumeric()).collect();
+                let row: String = head.chars().take_while(char::is_ascii_alphanumeric).collect();
                 row.starts_with('v') && is_gathered(&row)
             }
         };

@@ -241,17 +241,25 @@ pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
     }
 }
 
-/// The filters that lie in the fields of a filter.
+/// The filters that lie in the fields of a filter, or in its variants.
 pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();
     let ty = inner(ty);
-    if let Ty::Adt(id, _) = &ty
-        && let Shape::Struct(fields) = &index.type_def(*id).shape
-    {
-        for field in &fields.fields {
-            if let Some(inner) = index.field_ty(&ty, None, &field.name) {
-                let mut steps = vec![Projection::Field(field.name.as_str().into())];
-                collect(index, &inner, &mut steps, Way::default().inside(), &mut found);
+    let Ty::Adt(id, _) = &ty else { return found };
+    let way = Way { into_variants: true, ..Way::default() }.inside();
+    match &index.type_def(*id).shape {
+        Shape::Struct(fields) => {
+            for field in &fields.fields {
+                if let Some(inner) = index.field_ty(&ty, None, &field.name) {
+                    let mut steps = vec![Projection::Field(field.name.as_str().into())];
+                    collect(index, &inner, &mut steps, way, &mut found);
+                }
+            }
+        }
+        Shape::Enum(variants) => {
+            for (number, variant) in variants.iter().enumerate() {
+                let mut steps = vec![Projection::Field(variant.name.as_str().into())];
+                collect_fields(index, &ty, Some(number), &variant.fields, &mut steps, way.uncertain(), &mut found);
             }
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::decide::decide;
 use super::search::{Region, Search};
 use super::verdict::Verdict;
-use crate::flow::{ChangeKind, Computed, Effect, LoopId, NodeId, Place, RunBy, Var};
+use crate::flow::{ChangeKind, Computed, Effect, LoopId, NodeId, Place, RunBy, SampleRead, Var};
 
 /// A law that runs in a round: what it is fed, and what it gives.
 struct Step<'g> {
@@ -20,17 +20,10 @@ struct Step<'g> {
 /// fed may belong to two channels.
 pub(super) fn fills_in_samples(search: &Search<'_>, region: Region) -> bool {
     let Region::Loop(id) = region else { return false };
+    let Some((counter, steps)) = steps_of(search, id) else { return false };
     let graph = search.graph;
-    let Some((counter, _)) = graph.loop_info(id).counter else { return false };
-    let updating = search.updating();
-    let is_choice = |node: NodeId| {
-        matches!(graph.node(node).effect, Effect::Branch(_)) && graph.loops_around(node).any(|around| around == id)
-    };
-    let is_plain = |node: NodeId| graph.node(node).in_loop == Some(id) && !search.conditions_of(node).any(is_choice);
-    let steps: Vec<Step<'_>> =
-        updating.iter().filter(|node| is_plain(**node)).filter_map(|node| step(search, *node)).collect();
     let samples = steps.iter().filter(|step| !is_constant(step)).count();
-    if steps.len() != updating.len() || steps.len() < 2 || samples != 1 {
+    if samples != 1 {
         return false;
     }
     let mut elements = BTreeSet::new();
@@ -48,6 +41,46 @@ pub(super) fn fills_in_samples(search: &Search<'_>, region: Region) -> bool {
         elements.insert(write.offset);
     }
     blocks.len() == 1 && elements.len() == steps.len()
+}
+
+/// Whether each round of a loop feeds a filter all the samples of a stretch of one block, one behind another, and keeps at most one of
+/// the results: `let y = low.run(input[2 * i]); low.run(input[2 * i + 1]); output[i] = y;`. Where it keeps more, these may be channels,
+/// which share no filter.
+pub(super) fn takes_samples_of_block(search: &Search<'_>, region: Region) -> bool {
+    let Region::Loop(id) = region else { return false };
+    let Some((counter, steps)) = steps_of(search, id) else { return false };
+    let graph = search.graph;
+    let mut offsets = BTreeSet::new();
+    let mut blocks = BTreeSet::new();
+    for step in &steps {
+        let span = graph.node(step.node).span;
+        // `let even = input[2 * i]; low.run(even);`
+        let is_fed = |read: &SampleRead| span.contains(read.span) || read.into.iter().any(|var| step.fed.contains(var));
+        let reads = graph
+            .sample_reads
+            .iter()
+            .filter(|read| read.counter == counter && usize::try_from(read.factor) == Ok(steps.len()) && is_fed(read));
+        let reads: BTreeSet<_> = reads.map(|read| (read.block, read.offset)).collect();
+        let [(block, offset)] = reads.into_iter().collect::<Vec<_>>()[..] else { return false };
+        blocks.insert(block);
+        offsets.insert(offset);
+    }
+    let kept = steps.iter().filter(|step| !graph.dropped.contains(&graph.node(step.node).span));
+    blocks.len() == 1 && offsets.len() == steps.len() && kept.count() <= 1
+}
+
+/// The counter of a loop, and the laws that its rounds run, if these are all that update the filter and no choice leads to one.
+fn steps_of<'g>(search: &Search<'g>, id: LoopId) -> Option<(Var, Vec<Step<'g>>)> {
+    let graph = search.graph;
+    let (counter, _) = graph.loop_info(id).counter?;
+    let updating = search.updating();
+    let is_choice = |node: NodeId| {
+        matches!(graph.node(node).effect, Effect::Branch(_)) && graph.loops_around(node).any(|around| around == id)
+    };
+    let is_plain = |node: NodeId| graph.node(node).in_loop == Some(id) && !search.conditions_of(node).any(is_choice);
+    let steps: Vec<Step<'_>> =
+        updating.iter().filter(|node| is_plain(**node)).filter_map(|node| step(search, *node)).collect();
+    (steps.len() == updating.len() && steps.len() >= 2).then_some((counter, steps))
 }
 
 /// What lies inside a filter its law runs.

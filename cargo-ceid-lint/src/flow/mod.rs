@@ -41,7 +41,7 @@ pub use program::{Inferred, Program};
 pub use sizes::{AskedLength, LengthBound, Resized};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
-pub use strides::SampleWrite;
+pub use strides::{SampleRead, SampleWrite};
 pub use test::{About, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
 pub use unrun::{Unrun, UnrunKind};
 pub use waits::{Wait, WaitKind};
@@ -131,6 +131,10 @@ pub struct ControlFlowGraph {
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.
     pub sample_writes: Vec<SampleWrite>,
+    /// Those that are read so.
+    pub sample_reads: Vec<SampleRead>,
+    /// What statements leave of which nothing keeps the value.
+    pub dropped: Vec<Span>,
     /// Collections that a method puts values into, with what these are computed from.
     pub filled: Vec<(NodeId, Place, Computed)>,
     /// What is computed for a call, or for whoever calls a closure, with where it stands: `out.push(x * gain)`.

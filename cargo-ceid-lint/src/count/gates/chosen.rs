@@ -92,6 +92,15 @@ impl Gates<'_, '_> {
             Effect::Branch(test) => self.asks_caller(&test.about.reads),
             _ => false,
         };
+        // What is always so is no reason where something else decides whether it is asked: `x > 3.0 || settings.is_on`.
+        if gate == Gate::Config {
+            let steps = way.nodes.iter().zip(way.nodes.iter().skip(1));
+            let asked_for_it = steps.filter(|(id, _)| {
+                let decides = |node| self.search.decides(**id, node);
+                matches!(graph.node(**id).effect, Effect::Branch(_)) && decides(chosen_at) && !decides(at)
+            });
+            leading.extend(asked_for_it.map(|(id, next)| (*id, *next)));
+        }
         leading.retain(|(branch, _)| *branch != chosen_at && !is_of_caller(branch));
         let others = leading.into_iter().map(|(branch, next)| match &graph.node(branch).effect {
             Effect::Branch(test) => {
@@ -166,7 +175,7 @@ impl Gates<'_, '_> {
     }
 
     /// The branches from which no other one lies before a node, each with its successor; `None` if an iteration comes there by none.
-    fn leading_to(&self, id: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
+    pub(super) fn leading_to(&self, id: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
         let graph = self.search.graph;
         let mut leading: BTreeMap<NodeId, Vec<NodeId>> = BTreeMap::new();
         for node in self.nodes() {

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::sample::has_word;
-use super::{Gates, Way};
+use super::{Gates, MAX_ORIGINS, Way};
 use crate::count::cycles::named;
-use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
+use crate::flow::{About, ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 
 /// Words in the names of methods that ask whether a sample is there: `data_ready`, `has_new`.
@@ -344,8 +344,37 @@ impl Gates<'_, '_> {
         let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
         let is_kept = place.steps.is_empty() && test.about.names.iter().all(is_constant) && is_answer;
         let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
-        let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
-        (calls.count() == 1).then_some(computed)
+        let mut calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
+        let (Some(call), None) = (calls.next(), calls.next()) else { return None };
+        (!self.is_given_otherwise(place, call, 0)).then_some(computed)
+    }
+
+    /// Whether a value may be one that another call gave, or whoever called the function: of `if 3 < pins.len() { pins[3] } else { false }`,
+    /// the call tells nothing.
+    fn is_given_otherwise(&self, place: &Place, call: &String, copies: u32) -> bool {
+        let graph = self.search.graph;
+        let is_of_call = |var| graph.computed.get(&var).is_some_and(|computed| computed.calls.contains(call));
+        let is_about = |about: &About| {
+            let read = about.reads.iter().filter_map(Place::base_var);
+            about.is_presence || about.names.contains(call) || read.into_iter().any(is_of_call)
+        };
+        let asks_another = |(branch, _): (NodeId, NodeId)| matches!(&graph.node(branch).effect, Effect::Branch(test) if !is_about(&test.about));
+        self.assigning(place).any(|id| match &graph.node(id).effect {
+            // `!pins.is_empty() && pins[0]`
+            Effect::Set(set) | Effect::Write(set) if set.head.is_some() => {
+                self.leading_to(id).into_iter().flatten().any(asks_another)
+            }
+            Effect::Set(set) | Effect::Write(set) => {
+                let from = set.same_as.map(Place::var).or_else(|| set.from.clone());
+                from.is_some_and(|from| {
+                    let var = from.base_var();
+                    let is_named = var.is_some_and(|var| !graph.var(var).name.is_empty() && !is_of_call(var));
+                    let is_copy = from.steps.is_empty() && copies < MAX_ORIGINS;
+                    is_named || is_copy && self.is_given_otherwise(&from, call, copies + 1)
+                })
+            }
+            _ => false,
+        })
     }
 
     /// `if fix.seq != self.seq { self.seq = fix.seq; f.update(fix.x); }`: the sample is none if it is still the last one, whose number

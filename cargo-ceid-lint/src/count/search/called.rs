@@ -117,10 +117,31 @@ impl Search<'_> {
         is_certain.then_some(first)
     }
 
+    /// The filters among the types of whose methods one runs where a type parameter without a bound is the instance: `f(&mut self.one)`
+    /// where `f` updates what a trait tells nothing of. What is no filter is owed nothing.
+    fn filters_called(&self, site: &CallSite) -> Vec<Ty> {
+        let index = self.program.index;
+        let receiver = site.args.get(site.law_of.unwrap_or(0)).and_then(|arg| arg.place.as_ref());
+        let is_instance = |place: &Place| self.aliases.shared_roots(place).iter().any(|root| root == self.instance);
+        let is_open = || matches!(place_ty(index, self.graph, self.instance), Some(Ty::Param(_)));
+        if site.targets.len() < 2 || !receiver.is_some_and(is_instance) || !is_open() {
+            return Vec::new();
+        }
+        let owners = site.targets.iter().filter_map(|target| match index.function(*target).owner {
+            Owner::Impl(id) => Some(index.impl_def(id).self_ty.clone()),
+            _ => None,
+        });
+        owners.filter(|ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(ty).is_some()).collect()
+    }
+
     /// The same, where these of the places that it has to do with may be the instance or hold it.
     fn called_with(&self, site: &CallSite, own: &[&CalledPlace]) -> Called {
         let mut called = Called::default();
-        let targets = if own.is_empty() { site.targets.clone() } else { self.targets_behind(site, &self.behind) };
+        let targets = match own {
+            [] => site.targets.clone(),
+            _ if self.behind.is_empty() => self.targets_behind(site, &self.filters_called(site)),
+            _ => self.targets_behind(site, &self.behind),
+        };
         let receiver = if own.is_empty() || !self.behind.is_empty() { None } else { self.receiver_type(site) };
         let of_receiver = receiver.map(|ty| self.targets_behind(site, &[ty]));
         // A function that many types share may do another thing with each.

@@ -16,6 +16,9 @@ use crate::index::Ty;
 /// How many states are followed at once.
 const MAX_SUBJECTS: usize = 16;
 
+/// How many names one behind another are followed to the place that they are made of.
+const MAX_LENDERS: u32 = 8;
+
 /// How many values of a state are followed one by one for the sake of callers.
 const MAX_PARTED: u32 = 6;
 
@@ -123,7 +126,21 @@ impl Search<'_> {
         let roots = self.aliases.shared_roots(name);
         let [root] = &*roots else { return None };
         let is_same = |step: &Projection| step.key().is_none_or(|key| matches!(key, IndexKey::Number(_)));
-        (root != name && root.steps.iter().all(is_same)).then(|| root.clone())
+        let is_always = root != name && root.steps.iter().all(is_same) && self.is_lent_only(name, root, 0);
+        is_always.then(|| root.clone())
+    }
+
+    /// Whether whatever gives a name its meaning takes it from there: `if is_there { p[3] } else { 0.0 }` does not.
+    fn is_lent_only(&self, name: &Place, root: &Place, copies: u32) -> bool {
+        let Some(var) = name.base_var().filter(|_| name.base != root.base) else { return true };
+        let whole = Place::var(var);
+        self.graph.node_ids().all(|node| match &self.graph.node(node).effect {
+            Effect::Set(set) | Effect::Write(set) if set.place == whole => {
+                let from = set.from.clone().or_else(|| set.same_as.map(Place::var));
+                from.is_some_and(|from| copies < MAX_LENDERS && self.is_lent_only(&from, root, copies + 1))
+            }
+            _ => true,
+        })
     }
 
     /// The states that something gives another one: `state = next(state, &mut filter)`.
@@ -282,10 +299,16 @@ impl Run<'_, '_> {
 
     /// Whether a name is made once more for the place that it was one of in the iteration before: what is known of a mode stays so.
     pub(super) fn is_lent_again(&self, set: &Assignment) -> bool {
+        // A copy of a number or flag is another one as soon as the place is written.
+        let is_reference = || {
+            let held = set.place.base_var().map(|var| &self.search.graph.var(var).ty);
+            held.is_none_or(|ty| matches!(ty, Ty::Ref(..) | Ty::Pointer(_)) || !self.search.program.index.is_copy(ty))
+        };
         self.mode.is_some()
             && set.rebinds
             && set.transfer == Transfer::Borrow
             && set.place.steps.is_empty()
+            && is_reference()
             && self.search.lent_always(&set.place).is_some()
     }
 

@@ -1,7 +1,7 @@
 //! Elements of blocks whose numbers are computed from that of the round.
 
 use super::Builder;
-use crate::flow::{SampleWrite, Var};
+use crate::flow::{SampleRead, SampleWrite, Var};
 use crate::syntax::tree::{ExprId, ExprKind};
 
 /// A number that is computed from a variable, if from any: what that is multiplied with, and what is added.
@@ -21,6 +21,16 @@ impl Builder<'_> {
         {
             let (value, from) = (self.span(value), self.reads_of(value));
             self.graph.sample_writes.push(SampleWrite { block, counter, factor, offset, value, from });
+        }
+    }
+
+    /// Takes note of `block[2 * i + 1]` as a value.
+    pub(super) fn note_sample_read(&mut self, id: ExprId, base: ExprId, index: ExprId) {
+        if let Some(Affine { var: Some(counter), factor: factor @ 2.., offset }) = self.affine(index)
+            && let [block] = self.reads_of(base)[..]
+        {
+            let (span, into) = (self.span(id), self.targets.clone());
+            self.graph.sample_reads.push(SampleRead { block, counter, factor, offset, span, into });
         }
     }
 

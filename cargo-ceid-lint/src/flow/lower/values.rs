@@ -168,6 +168,7 @@ impl Builder<'_> {
                 }
             },
             StmtKind::Expr { expr, .. } => {
+                self.graph.dropped.push(self.span(*expr));
                 let filled = self.filled_by(*expr);
                 let value = if filled.is_empty() { self.expr(*expr) } else { self.expr_into(filled, *expr) };
                 self.discard(*expr, &value, stmt.span);
@@ -198,6 +199,9 @@ impl Builder<'_> {
         self.derive_pattern(pat, init);
         self.note_lent_names(pat, init);
         self.note_own_cell(&bound, init);
+        if bound.is_empty() {
+            self.graph.dropped.push(self.span(init));
+        }
         let value = self.expr_into(bound.clone(), init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.

@@ -129,6 +129,7 @@ impl Builder<'_> {
     pub(super) fn index_expr(&mut self, id: ExprId, base: ExprId, index: ExprId) -> Value {
         let value = self.expr(base);
         let index_value = self.expr(index);
+        self.note_sample_read(id, base, index);
         let of_variant = self.cast_variant(index);
         let value = match self.indexed(id, base, index, value, &index_value) {
             Ok(given) => return given,
