@@ -75,6 +75,7 @@ mod taken_out;
 mod turns;
 mod uneven;
 mod unknown_references;
+mod unreached;
 mod uses;
 mod verdict;
 mod waits;
