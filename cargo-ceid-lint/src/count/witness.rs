@@ -7,7 +7,7 @@ use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer, in_words};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -323,6 +323,9 @@ pub fn macro_again(message: &str) -> Option<&str> {
 }
 
 fn condition_text(text: &str, holds: bool) -> String {
+    if let Some(words) = in_words(text, holds) {
+        return format!("{TAKEN}{words}");
+    }
     if let Some(tried) = text.strip_suffix('?') {
         return format!("{TAKEN}`{tried}` {}", if holds { "succeeds" } else { "fails" });
     }
