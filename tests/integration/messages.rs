@@ -168,6 +168,11 @@ fn two_events() {
 }
 
 #[test]
+fn skipped_by_one_of_several_closures() {
+    check("skipped_update", "one_of_two_closures_by_a_reference");
+}
+
+#[test]
 fn unguarded() {
     check("unguarded_update", "once_in_a_loop");
 }

@@ -54,6 +54,11 @@ fn legacy_drone_without_its_baseline() {
 }
 
 #[test]
+fn finding_in_a_library_beside_the_workspace_is_shown_at_the_call() {
+    check("library_beside/winch");
+}
+
+#[test]
 fn finding_across_two_crates() {
     check("two_crates");
 }

@@ -212,7 +212,11 @@ impl Checked {
 
     /// The same, whatever was found.
     pub(super) fn status_of_run(&self, input: &Input, console: Console) -> ExitStatus {
-        if self.is_unchecked || self.summary.problems > 0 {
+        if self.is_unchecked {
+            return ExitStatus::Incomplete;
+        }
+        if self.summary.problems > 0 {
+            self.say_what_is_left_out(input, console);
             return ExitStatus::Incomplete;
         }
         let packages = self.project.packages.iter().filter(|package| package.is_reported).count();

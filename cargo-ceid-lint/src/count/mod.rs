@@ -75,6 +75,7 @@ mod taken_out;
 mod turns;
 mod uneven;
 mod unknown_references;
+mod unreached;
 mod uses;
 mod verdict;
 mod waits;
@@ -90,6 +91,6 @@ pub use monomorphise::monomorphise;
 pub use remarks::{Fact, Remark};
 pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict, is_guard_rule};
 pub use witness::{
-    BY_CALL, BY_GUARD, ENDS_EARLY, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, PARTIAL, TAKEN, TRADES, WAYS_AGAIN,
-    macro_again,
+    BY_CALL, BY_GUARD, CALL_REPEATS, ENDS_EARLY, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, PARTIAL, TAKEN, TRADES,
+    WAYS_AGAIN, macro_again,
 };

@@ -11,6 +11,7 @@ use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
 use super::other_handles::is_only_handle;
 use super::search::{Region, Search};
+use super::unreached::is_in_unreached_loop;
 use super::verdict::{Pair, Verdict};
 use super::witness::OF_COPY;
 use super::{finished, missed, taken_out, uses};
@@ -470,7 +471,10 @@ impl Context<'_> {
         analysis: &mut Analysis,
     ) {
         // What may have a name that is not known may be updated by it, and what was taken out of something was built there.
-        if self.limit(facts).is_some() || facts.graph.taken.contains(&var) {
+        if self.limit(facts).is_some()
+            || facts.graph.taken.contains(&var)
+            || is_in_unreached_loop(self.program, facts.graph, var)
+        {
             return;
         }
         let index = self.program.index;

@@ -7,7 +7,7 @@ use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer, in_words};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -47,6 +47,9 @@ pub const TRADES: &str = "it changes places with another filter here";
 
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
+
+/// How the rest of it says that the function does so more than once.
+pub const CALL_REPEATS: &str = " more than once";
 
 /// What the update of a guard is called.
 pub const BY_GUARD: &str = "the guard's update";
@@ -111,7 +114,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             Effect::Call(site) if after != state.count => {
                 updates += 1;
                 let more = after == Count::Many && state.count == Count::Zero;
-                let often = format!("{BY_CALL}{}", if more { " more than once" } else { "" });
+                let often = format!("{BY_CALL}{}", if more { CALL_REPEATS } else { "" });
                 let inner = inner_repeat(search, exploration, *at, after);
                 let message = match inner {
                     Some(_) => format!("`{}`{often}", site.text),
@@ -320,6 +323,9 @@ pub fn macro_again(message: &str) -> Option<&str> {
 }
 
 fn condition_text(text: &str, holds: bool) -> String {
+    if let Some(words) = in_words(text, holds) {
+        return format!("{TAKEN}{words}");
+    }
     if let Some(tried) = text.strip_suffix('?') {
         return format!("{TAKEN}`{tried}` {}", if holds { "succeeds" } else { "fails" });
     }

@@ -59,6 +59,8 @@ pub enum Limit {
     Length(Length),
     /// A number that a place has.
     Held(Place),
+    /// A number that a place has, and that one as well: `0..=n`.
+    UpTo(Place),
     /// Something else.
     Unknown,
 }

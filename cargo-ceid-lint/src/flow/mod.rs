@@ -35,7 +35,7 @@ pub use lower::{
     Told, deciding, has_one_answer, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in,
     stands_in_for_states, told,
 };
-pub use mark::Mark;
+pub use mark::{Mark, in_words};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::{Inferred, Program};
 pub use sizes::{AskedLength, LengthBound, Resized};

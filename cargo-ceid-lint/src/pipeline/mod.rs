@@ -349,7 +349,7 @@ impl Run<'_> {
         };
         let known = Known::new(&suppressions, forbidden(project, config, packages));
         // A suppression in a file that is reported may hide what is found in one that is not.
-        known.prepare(&mut analysis);
+        known.prepare(&mut analysis, &|span| is_own(project, config, &sources, span));
         let mut hygiene = rules::hygiene(&known);
         hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
         let is_beside = |package: &usize| !project.packages[*package].is_member;
@@ -410,6 +410,17 @@ impl Run<'_> {
         };
         Ok((report, named))
     }
+}
+
+/// Whether a place lies in code that findings are shown in: not in what is left alone, and not in a package beside the workspace, which
+/// is read only for what it does.
+fn is_own(project: &Project, config: &Config, sources: &SourceMap, span: Span) -> bool {
+    let path = &sources.file(span.file).path;
+    let is_beside = || {
+        let owner = project.owner(path).map(|number| &project.packages[number]);
+        owner.is_some_and(|package| !package.is_member && !package.is_reported)
+    };
+    !config.is_excluded(path) && !is_beside()
 }
 
 /// The head of the loop whose updates a finding is about, so that a guard could make them.

@@ -90,6 +90,12 @@ impl Summary {
                 count(self.presumed, "function")
             );
         }
+        if self.cycles == 0 && self.presumed == 0 && self.filter_types > 0 {
+            line += &format!(
+                "; found {}, and no loop or cycle function that runs one",
+                count(self.filter_types, "filter type")
+            );
+        }
         if self.others > 0 {
             line += &format!("; {}", count(self.others, "other finding"));
         }
@@ -136,6 +142,13 @@ mod tests {
         let summary = Summary::of(&Report::default());
         assert!(summary.is_nothing());
         assert_eq!(summary.line(), "checked 0 cycles with 0 filters");
+    }
+
+    #[test]
+    fn filters_that_nothing_runs_are_told() {
+        let summary = Summary { filter_types: 2, ..Summary::default() };
+        let line = "checked 0 cycles with 0 filters; found 2 filter types, and no loop or cycle function that runs one";
+        assert_eq!(summary.line(), line);
     }
 
     #[test]

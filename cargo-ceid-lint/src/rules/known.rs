@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::findings::findings;
 use crate::count::{Analysis, Pair};
+use crate::diagnostic::WitnessStep;
 use crate::source::Span;
 use crate::suppress::Suppressions;
 
@@ -35,8 +36,9 @@ impl<'a> Known<'a> {
         Self { suppressions, forbidden, used: RefCell::default() }
     }
 
-    /// Notes for which suppressions something is found, and shows each pair where nothing hides it, if there is such a place.
-    pub fn prepare(&self, analysis: &mut Analysis) {
+    /// Notes for which suppressions something is found, and shows each pair where nothing hides it, if there is such a place, and in
+    /// the code that findings are shown in.
+    pub fn prepare(&self, analysis: &mut Analysis, is_own: &dyn Fn(Span) -> bool) {
         for cycle in &mut analysis.cycles {
             for pair in &mut cycle.filters {
                 let (Some(rule), Some(first)) = (pair.verdict.rule(), pair.primary) else { continue };
@@ -48,6 +50,14 @@ impl<'a> Known<'a> {
                     let other = pair.others.swap_remove(at);
                     (pair.primary, pair.witness) = (Some(other.primary), other.witness);
                 }
+                if is_first_open || open.contains(&true) {
+                    pair.primary = pair.primary.map(|place| place_here(place, &pair.witness, cycle.head, is_own));
+                }
+            }
+        }
+        for remark in &mut analysis.remarks {
+            if let Some(head) = remark.cycle {
+                remark.span = place_here(remark.span, &remark.witness, head, is_own);
             }
         }
         drop(findings(analysis, self));
@@ -68,6 +78,16 @@ impl<'a> Known<'a> {
     pub(super) fn is_used(&self, number: usize, name: usize) -> bool {
         self.used.borrow().contains(&(number, name))
     }
+}
+
+/// Where a finding is shown whose place lies in code that no finding is shown in: at the last step of the way there that does not, which
+/// is the call that leads there, or else at the cycle.
+fn place_here(place: Span, witness: &[WitnessStep], head: Span, is_own: &dyn Fn(Span) -> bool) -> Span {
+    if is_own(place) || !is_own(head) {
+        return place;
+    }
+    let before = witness.iter().take_while(|step| step.span != place);
+    before.map(|step| step.span).filter(|span| is_own(*span)).last().unwrap_or(head)
 }
 
 /// The calls that a finding on a pair is about wherever it is shown. A repetition is shown at the call that is too much, and is

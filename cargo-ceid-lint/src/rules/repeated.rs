@@ -2,7 +2,7 @@
 
 use super::find;
 use super::findings::{GUARD_HELP, by_half, names, quoted, start, suppression};
-use crate::count::{BY_CALL, BY_GUARD, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
+use crate::count::{BY_CALL, BY_GUARD, CALL_REPEATS, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
 use crate::diagnostic::{Diagnostic, WitnessStep};
 
 /// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
@@ -53,6 +53,10 @@ fn trades(pair: &Pair) -> bool {
     pair.witness.iter().any(|step| step.message == TRADES)
 }
 
+fn is_call_that_repeats(message: &str) -> bool {
+    message.strip_suffix(CALL_REPEATS).is_some_and(|rest| rest.ends_with(BY_CALL))
+}
+
 pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
     let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
@@ -83,7 +87,11 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners:
     let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
     let of_macro = pair.witness.iter().filter(|step| step.span == primary).find_map(|step| macro_again(&step.message));
     let how = of_macro.map_or_else(|| how.to_owned(), |name| format!(": `{name}` writes it more than once"));
-    let mut finding = start(rule, cycle, &group, message, primary, &format!("updated again here{how}"));
+    // What a function does twice that is no part of the project is shown at the call.
+    let is_whole_call = pair.witness.iter().any(|step| step.span == primary && is_call_that_repeats(&step.message))
+        && pair.witness.last().is_some_and(|step| step.span != primary);
+    let label = if is_whole_call { "updated more than once in this call" } else { "updated again here" };
+    let mut finding = start(rule, cycle, &group, message, primary, &format!("{label}{how}"));
     finding.notes.extend(of_macro.map(|name| {
         format!("`{name}` writes down what it is given in more than one place of its code, and the update runs in each of them")
     }));

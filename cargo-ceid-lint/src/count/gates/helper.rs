@@ -80,7 +80,7 @@ impl Gates<'_, '_> {
         let Some(at) = end.state.skipped_at else {
             let info = graph.loop_info(counted_past(self.search, exploration, end)?);
             let held = info.limits.iter().filter_map(|limit| match limit {
-                Limit::Held(place) => Some(readable(self.taken_from(place))),
+                Limit::Held(place) | Limit::UpTo(place) => Some(readable(self.taken_from(place))),
                 _ => None,
             });
             let reads: Option<Vec<Given>> = held.collect();

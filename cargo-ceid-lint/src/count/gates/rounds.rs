@@ -102,7 +102,7 @@ impl Gates<'_, '_> {
     /// is no gate.
     pub(super) fn of_number(&self, id: LoopId) -> Option<Gate> {
         let is_settled = |limit: &Limit| match limit {
-            Limit::Held(place) => self.is_invariant(place, 0),
+            Limit::Held(place) | Limit::UpTo(place) => self.is_invariant(place, 0),
             _ => true,
         };
         self.search.graph.loop_info(id).limits.iter().all(is_settled).then_some(Gate::Config)

@@ -369,7 +369,7 @@ fn reach_of_count(
             },
             // Which of two lengths is the greater one is not known.
             Limit::Length(end) => length.map_or(by_number, |length| behind(length == *end)),
-            Limit::Held(_) => by_number,
+            Limit::Held(_) | Limit::UpTo(_) => by_number,
             Limit::Unknown => Reach::Untold,
         }
     };

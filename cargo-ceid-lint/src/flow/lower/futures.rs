@@ -1,6 +1,7 @@
 //! Futures: what an `async fn` or an `async` block does happens where it is awaited, and nowhere if it never is.
 
 use super::{Builder, ClosureRef, Value};
+use crate::flow::mark::ONE_OF_SEVERAL;
 use crate::flow::{Effect, Mark, Place, UnrunKind};
 use crate::index::FunctionId;
 use crate::source::Span;
@@ -196,7 +197,7 @@ impl Builder<'_> {
         for (number, choice) in choices.iter().enumerate() {
             let mut next = None;
             if number + 1 < choices.len() && self.at.is_some() {
-                let text = "which one is called".to_owned();
+                let text = ONE_OF_SEVERAL.to_owned();
                 let (this, other) = self.opaque_branch(span, text, crate::flow::About::default());
                 self.resume(this);
                 next = Some(other);

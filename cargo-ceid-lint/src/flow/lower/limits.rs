@@ -205,7 +205,7 @@ impl Builder<'_> {
             Some(number) => found.push(Limit::Number(number.saturating_add(u64::from(inclusive)))),
             None if inclusive => match self.one_less(end) {
                 Some(length) => self.limits_at(length, 0, &mut found),
-                None => found.push(Limit::Unknown),
+                None => found.push(self.held_and_with_it(end)),
             },
             None => self.limits_at(end, 0, &mut found),
         }
@@ -261,6 +261,14 @@ impl Builder<'_> {
     /// The number that a variable or a field has.
     fn held(&mut self, id: ExprId) -> Limit {
         self.static_place(id).map_or(Limit::Unknown, Limit::Held)
+    }
+
+    fn held_and_with_it(&mut self, id: ExprId) -> Limit {
+        match (&self.body().expr(id).kind, self.held(id)) {
+            (ExprKind::Cast { value, .. }, _) => self.held_and_with_it(*value),
+            (_, Limit::Held(place)) => Limit::UpTo(place),
+            (_, other) => other,
+        }
     }
 
     /// Whether `len` of it says how many elements it has.

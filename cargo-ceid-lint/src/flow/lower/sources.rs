@@ -182,6 +182,15 @@ pub(super) enum Stage {
     Skip,
 }
 
+/// The item behind stages that end with its number, where that is the number of the round: no stage leaves out a round, or gives
+/// several items for one.
+pub(super) fn numbered_item(stages: &[Stage]) -> Option<Item> {
+    let is_one_for_one = |stage: &Stage| matches!(stage, Stage::Map(_) | Stage::Inspect(_));
+    let (last, before) = stages.split_last()?;
+    let is_numbered = matches!(last, Stage::Number) && before.iter().all(is_one_for_one);
+    is_numbered.then(|| Item::Tuple(vec![Item::Counter(Some(0)), Item::Opaque]))
+}
+
 impl Stage {
     pub(super) fn closure(self) -> Option<ClosureRef> {
         match self {
@@ -288,6 +297,17 @@ impl Source {
     pub(super) fn reversed(self) -> Self {
         let counts_down = !self.counts_down && (self.in_order || self.item.has_counter());
         Self { in_order: false, counts_down, ..self }
+    }
+
+    /// Whether the number of an item is that of its round: nothing else counts, and no part begins anew.
+    pub(super) fn counts_items(&self) -> bool {
+        let is_one = !matches!(self.item, Item::Chained(_) | Item::OneOf(_));
+        self.in_order && is_one && !self.item.has_counter() && !self.passes()
+    }
+
+    /// The item with the number of its round, if the chain ends with that.
+    pub(super) fn numbered(&self) -> Option<Item> {
+        numbered_item(&self.stages).filter(|_| self.counts_items())
     }
 
     /// The same where it is not known any more in which round its counter has which number.

@@ -64,7 +64,7 @@ impl Lowerer<'_, '_> {
         match item {
             syn::TraitItem::Fn(item) => {
                 let attrs = self.there(&item.attrs)?;
-                let function = self.function(&item.sig, item.default.as_ref());
+                let function = self.function_with(&item.attrs, &item.sig, item.default.as_ref());
                 self.assoc(Some(&item.sig.ident), attrs, true, AssocKind::Function(Box::new(function)))
             }
             syn::TraitItem::Const(item) => {
@@ -94,7 +94,7 @@ impl Lowerer<'_, '_> {
         match item {
             syn::ImplItem::Fn(item) => {
                 let attrs = self.there(&item.attrs)?;
-                let function = self.function(&item.sig, Some(&item.block));
+                let function = self.function_with(&item.attrs, &item.sig, Some(&item.block));
                 self.assoc(Some(&item.sig.ident), attrs, is_pub(&item.vis), AssocKind::Function(Box::new(function)))
             }
             syn::ImplItem::Const(item) => {

@@ -5,7 +5,19 @@ use crate::source::Span;
 use crate::syntax::tree::{Body, Function, Receiver, TypeRef};
 
 impl Lowerer<'_, '_> {
-    pub(super) fn function(&mut self, sig: &syn::Signature, block: Option<&syn::Block>) -> Function {
+    /// A function with these attributes. With a `cfg` it may be a stub of what another target has.
+    pub(super) fn function_with(
+        &mut self,
+        attributes: &[syn::Attribute],
+        sig: &syn::Signature,
+        block: Option<&syn::Block>,
+    ) -> Function {
+        let is_conditional = attributes.iter().any(|attribute| attribute.path().is_ident("cfg"));
+        let is_stub = |block: &&syn::Block| is_conditional && is_stub(sig, block);
+        self.function(sig, block.filter(|block| !is_stub(block)))
+    }
+
+    fn function(&mut self, sig: &syn::Signature, block: Option<&syn::Block>) -> Function {
         let mut receiver = None;
         let mut params = Vec::new();
         for input in &sig.inputs {
@@ -88,4 +100,23 @@ impl Lowerer<'_, '_> {
     pub(super) fn name_and_span(&self, ident: &syn::Ident) -> (String, Span) {
         (name(ident), self.span(ident.span()))
     }
+}
+
+/// Whether a body is there only so that the code compiles where the function has no other: `unreachable!()`, and nothing else. What
+/// the function does where it is called is not to be seen in it.
+fn is_stub(sig: &syn::Signature, block: &syn::Block) -> bool {
+    let is_never = matches!(&sig.output, syn::ReturnType::Type(_, ty) if matches!(**ty, syn::Type::Never(_)));
+    // `let _ = (pin, level);` keeps the compiler from asking what the parameters are for.
+    let is_left_alone = |stmt: &&syn::Stmt| match stmt {
+        syn::Stmt::Local(local) => matches!(local.pat, syn::Pat::Wild(_)),
+        _ => false,
+    };
+    let mut stmts = block.stmts.iter().skip_while(is_left_alone);
+    let mac = match (stmts.next(), stmts.next()) {
+        (Some(syn::Stmt::Macro(stmt)), None) => &stmt.mac,
+        (Some(syn::Stmt::Expr(syn::Expr::Macro(expr), _)), None) => &expr.mac,
+        _ => return false,
+    };
+    let is_open = |name: &str| matches!(name, "unreachable" | "unimplemented" | "todo");
+    !is_never && mac.path.segments.last().is_some_and(|last| is_open(&name(&last.ident)))
 }

@@ -129,7 +129,7 @@ impl Lowerer<'_, '_> {
         let start = self.head_start(&item.sig);
         let end = self.span(item.block.brace_token.span.close());
         if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.sig.ident), start, end) {
-            let function = self.function(&item.sig, Some(&item.block));
+            let function = self.function_with(&item.attrs, &item.sig, Some(&item.block));
             self.push(out, head, ItemKind::Function(Box::new(function)));
         }
     }
@@ -376,7 +376,7 @@ impl Lowerer<'_, '_> {
             syn::ForeignItem::Fn(item) => {
                 let (start, end) = (self.head_start(&item.sig), self.span(item.semi_token.span));
                 if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.sig.ident), start, end) {
-                    let function = self.function(&item.sig, None);
+                    let function = self.function_with(&item.attrs, &item.sig, None);
                     self.push(out, head, ItemKind::Function(Box::new(function)));
                 }
             }

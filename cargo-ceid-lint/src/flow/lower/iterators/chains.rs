@@ -65,7 +65,8 @@ impl Builder<'_> {
         let value = self.each_of_chained(begun.id, items, begun.keyword, |this, item| match item {
             Item::Staged(inner, stages) => {
                 let value = this.item_value(begun.id, inner, reads, begun.keyword);
-                let (value, _, is_round) = this.run_stages(begun, inner, stages, value);
+                let begun = Begun { counts_items: false, ..*begun };
+                let (value, _, is_round) = this.run_stages(&begun, inner, stages, value);
                 are_rounds &= is_round || !stages.iter().any(|stage| matches!(stage, Stage::Filter(_)));
                 value
             }

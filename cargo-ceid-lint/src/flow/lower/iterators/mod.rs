@@ -4,7 +4,7 @@ mod arrays;
 mod chains;
 
 use super::carried::State;
-use super::sources::{Item, Source, Stage, is_map};
+use super::sources::{Item, Source, Stage, is_map, numbered_item};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{
     Cause, Computed, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Test, Transfer, Var,
@@ -41,6 +41,8 @@ pub(super) struct Begun {
     /// The first node of the round.
     pub(super) round: NodeId,
     pub(super) keyword: Span,
+    /// Whether the number of an item is that of its round.
+    pub(super) counts_items: bool,
 }
 
 impl Builder<'_> {
@@ -749,7 +751,7 @@ impl Builder<'_> {
         let bar = runs.map_or(span, |closure| self.bar(closure));
         let choosing = self.choosing(&source);
         let is_mapped = choosing.is_none();
-        let kind = if is_mapped { Item::Opaque } else { source.item.clone() };
+        let kind = if is_mapped { source.numbered().unwrap_or(Item::Opaque) } else { source.item.clone() };
         let Consumer { state, stops, gathers } = consumer;
         let takes_state = state != State::None;
         let expr = id;
@@ -894,7 +896,7 @@ impl Builder<'_> {
         self.link(head, round);
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
-        let begun = Begun { id, kind, head, round, keyword };
+        let begun = Begun { id, kind, head, round, keyword, counts_items: source.counts_items() };
         let (item, acting, is_told) = match &source.item {
             Item::Chained(items) => {
                 let (item, is_told) = self.one_behind_another(&begun, items, &source.reads);
@@ -938,9 +940,13 @@ impl Builder<'_> {
         let mut acting: Option<ClosureRef> = None;
         let mut is_round = false;
         let has_lent = kind.has_lent();
+        let is_counted = begun.counts_items && self.graph.loop_info(id).counter.is_none();
         for (number, stage) in stages.iter().enumerate() {
             if let (0, Some(closure)) = (number, stage.closure()) {
                 self.note_given_item(id, closure, 0, kind);
+            }
+            if let (true, Some(item), Some(closure)) = (is_counted, numbered_item(&stages[..number]), stage.closure()) {
+                self.note_given_item(id, closure, 0, &item);
             }
             let first = self.graph.nodes.len();
             let acts_before = self.acts_since(begun.round.0 as usize);

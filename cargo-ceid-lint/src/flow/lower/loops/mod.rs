@@ -7,6 +7,7 @@ mod once_or_never;
 use rustc_hash::FxHashMap;
 
 use super::exits::{Scope, ScopeKind};
+use super::sources::Item;
 use super::{Builder, Value};
 use crate::flow::{Caller, CycleKind, Effect, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
@@ -367,8 +368,9 @@ impl Builder<'_> {
         let item = source.item.clone();
         let choosing = self.choosing(&source);
         let is_mapped = choosing.is_none();
+        let numbered = source.numbered();
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
-            let item = if is_mapped { super::sources::Item::Opaque } else { item };
+            let item = if is_mapped { numbered.unwrap_or(Item::Opaque) } else { item };
             this.bind_item(this_loop, pat, &item, &value);
             this.note_chosen(&choosing, (this.frame, pat));
             this.note_sampled(this_loop, body);
