@@ -6,7 +6,7 @@ use super::functions::own_affair;
 use super::gates::Gates;
 use super::instances;
 use super::missed::missed;
-use super::oversampled::{fills_in_samples, runs_at_finer_steps, takes_samples_of_block};
+use super::oversampled::runs_by_samples;
 use super::own_cycles;
 use super::picked::{are_chosen_by_rows, are_picked_apart};
 use super::returned;
@@ -215,12 +215,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         law: super::laws::law_name(search),
     };
     let is_certain = ends.iter().all(|end| end.state.unknown.is_none()) && !exploration.limit;
-    if is_certain
-        && base.counts == [Count::Many.number()]
-        && (fills_in_samples(search, region)
-            || takes_samples_of_block(search, region)
-            || runs_at_finer_steps(search, region))
-    {
+    if is_certain && base.counts == [Count::Many.number()] && runs_by_samples(search, region) {
         return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
     }
     let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many && !end.state.is_supposed).collect();

@@ -15,10 +15,15 @@ struct Step<'g> {
     into: &'g [Var],
 }
 
+/// Whether the updates of a cycle that are more than one are one for each sample, at a rate of their own.
+pub(super) fn runs_by_samples(search: &Search<'_>, region: Region) -> bool {
+    fills_in_samples(search, region) || takes_samples_of_block(search, region) || runs_at_finer_steps(search, region)
+}
+
 /// Whether each round of a loop feeds a filter one sample and then nothing but constants, which are put between the samples, and
 /// writes what each of the updates gives to another element of a block: `out[2 * i + 1] = low.run(0.0);`. Two samples that are
 /// fed may belong to two channels.
-pub(super) fn fills_in_samples(search: &Search<'_>, region: Region) -> bool {
+fn fills_in_samples(search: &Search<'_>, region: Region) -> bool {
     let Region::Loop(id) = region else { return false };
     let Some((counter, steps)) = steps_of(search, id) else { return false };
     let graph = search.graph;
@@ -46,7 +51,7 @@ pub(super) fn fills_in_samples(search: &Search<'_>, region: Region) -> bool {
 /// Whether each round of a loop feeds a filter all the samples of a stretch of one block, one behind another, and keeps at most one of
 /// the results: `let y = low.run(input[2 * i]); low.run(input[2 * i + 1]); output[i] = y;`. Where it keeps more, these may be channels,
 /// which share no filter.
-pub(super) fn takes_samples_of_block(search: &Search<'_>, region: Region) -> bool {
+fn takes_samples_of_block(search: &Search<'_>, region: Region) -> bool {
     let Region::Loop(id) = region else { return false };
     let Some((counter, steps)) = steps_of(search, id) else { return false };
     let graph = search.graph;
@@ -104,7 +109,7 @@ fn is_constant(step: &Step<'_>) -> bool {
 
 /// Whether a loop of a constant number of rounds is a finer time of its own: it holds all updates, one in each round, and each is fed
 /// what the round makes of a state that it moves on itself: `for _ in 0..4 { self.phase += step; low.run(self.phase.sin()); }`.
-pub(super) fn runs_at_finer_steps(search: &Search<'_>, region: Region) -> bool {
+fn runs_at_finer_steps(search: &Search<'_>, region: Region) -> bool {
     let graph = search.graph;
     let updating = search.updating();
     let own = updating.first().and_then(|node| graph.node(*node).in_loop);

@@ -353,10 +353,10 @@ fn what_a_killed_run_wrote_in_part_is_completed() {
         "a run was ended when it had written `src/lib.rs`, and not `src/a.rs`, which belong together; `cargo ceid-lint fix` brings",
     );
     run(&directory, ["baseline"]).assert_code(0);
-    for command in ["fix", "migrate"] {
+    for writing in [["fix", "--workspace"], ["migrate", "--all"]] {
         half(b"// new\n");
         write(&directory, "src/a.rs", b"// old\n");
-        run(&directory, [command, "--workspace"]).assert_code(101).assert_stderr("that is done now");
+        run(&directory, writing).assert_code(101).assert_stderr("that is done now");
         assert_eq!(read(&directory, "src/a.rs"), "// new\n");
         assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
         assert!(!directory.join("src/.ceid-lint-4294967295-1.tmp").exists());
