@@ -115,6 +115,41 @@ impl Gates<'_, '_> {
         others.into_iter().find(|_| gate == Gate::Config).or(Some(gate))
     }
 
+    /// Whether a gate explains the skip alone. What is always so does not where something else decides whether it is asked, behind
+    /// which the filter runs otherwise: `if x > 3.0 || self.is_on { filter.update(x); }`.
+    pub(super) fn is_reason(&self, gate: Gate, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let updating = self.search.updating();
+        let runs_behind = |id: NodeId| {
+            let reached =
+                self.search.reached_from(self.region, id, |from, edge| graph.node(from).next.get(edge) != Some(&at));
+            updating.iter().any(|update| *update == id || reached[update.0 as usize])
+        };
+        let runs_otherwise = |id: NodeId, next: NodeId| {
+            let others = graph.node(id).next.iter().filter(|other| **other != next);
+            others.into_iter().any(|other| self.is_inside(*other) && runs_behind(*other))
+        };
+        // A filter that is not there is owed nothing, whatever asks for it.
+        let own = self.search.instance;
+        let is_absent = || match &graph.node(at).effect {
+            Effect::Branch(test) => test.subject.is_some_and(|id| {
+                let whole = graph.subjects[id.0 as usize].whole.as_ref();
+                whole.is_some_and(|whole| whole.base == own.base && own.steps.starts_with(&whole.steps))
+            }),
+            _ => false,
+        };
+        gate != Gate::Config
+            || is_absent()
+            || way.nodes.iter().zip(way.nodes.iter().skip(1)).take_while(|(id, _)| **id != at).all(|(id, next)| {
+                match &graph.node(*id).effect {
+                    Effect::Branch(test) if self.search.decides(*id, at) && runs_otherwise(*id, *next) => {
+                        self.of_condition(test, *id, &self.way_by(*id, *next, at, way), 1).is_some()
+                    }
+                    _ => true,
+                }
+            })
+    }
+
     /// Whether a helper asks for a state that only its caller changes: whether that pauses the filter on purpose is not told here.
     pub(super) fn asks_caller(&self, reads: &[Place]) -> bool {
         self.is_helper && reads.iter().any(|place| self.outlives(place) && self.is_left_alone(place))

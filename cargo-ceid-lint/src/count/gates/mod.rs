@@ -188,7 +188,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn opening(&self, end: &End, at: NodeId, way: &Way) -> Option<Gate> {
         let ends_round = self.ends_round(end, at);
         let gate = match &self.search.graph.node(at).effect {
-            Effect::Branch(test) => self.of_branch(test, at, way),
+            Effect::Branch(test) => self.of_branch(test, at, way).filter(|gate| self.is_reason(*gate, at, way)),
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
