@@ -1,7 +1,7 @@
 //! Filters that a function gives back when its own cycles are done with them: `let level = measured(blocks);`. They are owed
 //! nothing more where they arrive.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::analyse::FunctionFacts;
@@ -17,10 +17,11 @@ const MAX_MOVES: usize = 16;
 /// Finds what the cycles of a function update, and which parts of its result they are done with.
 pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries, summary: &mut Summary) {
     summary.finished = parts(graph, aliases, summaries);
-    summary.looped = looped(graph, aliases, summaries);
+    let mut looped = looped(graph, aliases, summaries);
     // Asked of nothing else, and what functions that call each other lend each other grows with every round.
-    let places: BTreeSet<&Given> = summary.halves.iter().flat_map(BTreeMap::keys).collect();
-    summary.looped.retain(|given| places.contains(given));
+    let places: BTreeSet<&Given> = summary.given_places().collect();
+    looped.retain(|given| places.contains(given));
+    summary.looped = looped;
 }
 
 /// The places that the loops of a function update, and those of what it calls.

@@ -192,7 +192,7 @@ fn held_by(facts: &FunctionFacts<'_>, guard: &GuardInfo) -> impl Fn(&Place) -> b
     let held = held_places(facts, guard);
     move |place| {
         let is_one = |root: &Place| root.steps.iter().all(|step| step.key().is_none());
-        let lies_in = |root: &Place, own: &Place| root.base == own.base && root.steps.starts_with(&own.steps);
+        let lies_in = |root: &Place, own: &Place| root.lies_at(own);
         facts.aliases.shared_roots(place).iter().any(|root| is_one(root) && held.iter().any(|own| lies_in(root, own)))
     }
 }

@@ -102,10 +102,7 @@ pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Deci
 /// The code in a region that would have to do with the instance and that nothing runs.
 fn unrun(search: &Search<'_>, region: Region) -> Option<WitnessStep> {
     let graph = search.graph;
-    let is_inside = |unrun: &&Unrun| match region {
-        Region::Loop(id) => graph.is_within(unrun.in_loop, id),
-        Region::Function => true,
-    };
+    let is_inside = |unrun: &&Unrun| region.holds(graph, unrun.in_loop);
     let is_lent = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
     let found = graph.unrun.iter().filter(is_inside).find(|unrun| unrun.places.iter().any(is_lent))?;
     let message = match &found.what {
@@ -119,10 +116,7 @@ fn unrun(search: &Search<'_>, region: Region) -> Option<WitnessStep> {
 /// The first call in a region that updates a copy of the instance, which it is passed by value.
 fn copied(search: &Search<'_>, region: Region) -> Option<WitnessStep> {
     let graph = search.graph;
-    let is_inside = |id: &NodeId| match region {
-        Region::Loop(own) => graph.is_within(graph.node(*id).in_loop, own),
-        Region::Function => true,
-    };
+    let is_inside = |id: &NodeId| region.holds(graph, graph.node(*id).in_loop);
     let is_it = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
     // What a call takes by value is copied right before it.
     let copied_for = |call: NodeId| {

@@ -113,7 +113,7 @@ fn is_given_before(facts: &FunctionFacts<'_>, place: &Place, id: LoopId) -> bool
     let graph = facts.graph;
     let holds = |given: &Place| {
         let roots = facts.aliases.shared_roots(given);
-        roots.iter().any(|root| root.base == place.base && place.steps.starts_with(&root.steps))
+        roots.iter().any(|root| place.lies_at(root))
     };
     let is_given = |node: NodeId| match &graph.node(node).effect {
         Effect::Call(site) => {

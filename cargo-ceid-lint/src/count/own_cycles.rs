@@ -14,10 +14,7 @@ pub(super) fn runs(search: &Search<'_>) -> bool {
 
 /// Whether a region only calls functions that update the instance so.
 pub(super) fn are_called(search: &Search<'_>, region: Region) -> bool {
-    let is_inside = |node: &NodeId| match region {
-        Region::Function => true,
-        Region::Loop(own) => search.graph.is_within(search.graph.node(*node).in_loop, own),
-    };
+    let is_inside = |node: &NodeId| region.holds(search.graph, search.graph.node(*node).in_loop);
     let mut updating = search.updating().into_iter().filter(is_inside).peekable();
     updating.peek().is_some() && updating.all(|node| is_in_callee(search, node))
 }

@@ -47,10 +47,7 @@ pub(super) fn pass_on(
 
 /// Why it cannot be said that nothing advances the filter: what stands in for its law.
 pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
-    let is_inside = |in_loop| match region {
-        Region::Function => true,
-        Region::Loop(own) => search.graph.is_within(in_loop, own),
-    };
+    let is_inside = |in_loop| region.holds(search.graph, in_loop);
     let is_it = |given: &Given, site: &_| {
         let place = place_of(given, site);
         place.is_some_and(|place| search.aliases.shared_roots(&place).iter().any(|root| root.overlaps(search.instance)))

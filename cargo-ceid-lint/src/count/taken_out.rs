@@ -10,7 +10,7 @@ use crate::syntax::tree::TypeRef;
 /// Why it cannot be said that nothing updates the filter: a call gives it back by value, or what takes its place, and what it has
 /// done with it before is not told of its place.
 pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
-    let nodes: Vec<&Node> = search.graph.nodes.iter().filter(|node| is_inside(search, region, node)).collect();
+    let nodes: Vec<&Node> = search.graph.nodes.iter().filter(|node| region.holds(search.graph, node.in_loop)).collect();
     nodes.iter().find_map(|node| match &node.effect {
         Effect::Call(site) if gives_filters(search, site) => {
             let had = |is_shared: bool| {
@@ -38,7 +38,7 @@ pub(super) fn goes_back(search: &Search<'_>, region: Region) -> bool {
     if search.instance.steps.is_empty() || !graph.taken_out.iter().any(lies_in) {
         return false;
     }
-    let nodes: Vec<&Node> = graph.nodes.iter().filter(|node| is_inside(search, region, node)).collect();
+    let nodes: Vec<&Node> = graph.nodes.iter().filter(|node| region.holds(search.graph, node.in_loop)).collect();
     let is_taken = |var: &Var| {
         let computed = graph.computed.get(var);
         computed.is_some_and(|computed| computed.places.iter().any(lies_in))
@@ -61,13 +61,6 @@ pub(super) fn goes_back(search: &Search<'_>, region: Region) -> bool {
     })
 }
 
-fn is_inside(search: &Search<'_>, region: Region, node: &Node) -> bool {
-    match region {
-        Region::Function => true,
-        Region::Loop(own) => search.graph.is_within(node.in_loop, own),
-    }
-}
-
 /// Whether a call gives back filters themselves, not mere references to them.
 fn gives_filters(search: &Search<'_>, site: &CallSite) -> bool {
     let index = search.program.index;
@@ -81,7 +74,7 @@ fn gives_filters(search: &Search<'_>, site: &CallSite) -> bool {
 /// Whether the instance is a place or lies in it.
 fn holds(search: &Search<'_>, place: &Place) -> bool {
     let roots = search.aliases.shared_roots(place);
-    roots.iter().any(|root| root.base == search.instance.base && search.instance.steps.starts_with(&root.steps))
+    roots.iter().any(|root| search.instance.lies_at(root))
 }
 
 /// Whether the instance itself may be a part of what a call gives back.

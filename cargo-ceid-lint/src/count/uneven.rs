@@ -56,8 +56,7 @@ fn is_split(search: &Search<'_>, node: NodeId) -> bool {
     };
     let lends = |next: &NodeId| match first_step(next) {
         Some(Effect::Set(set)) if set.rebinds => set.from.as_ref().is_some_and(|from| {
-            let whole =
-                |root: &Place| root.base == search.instance.base && search.instance.steps.starts_with(&root.steps);
+            let whole = |root: &Place| search.instance.lies_at(root);
             search.aliases.shared_roots(from).iter().any(|root| whole(root) || *root == *search.instance)
         }),
         _ => false,

@@ -349,6 +349,12 @@ impl Place {
         }
     }
 
+    /// Whether it is another place or lies in it.
+    #[must_use]
+    pub fn lies_at(&self, whole: &Self) -> bool {
+        self.base == whole.base && self.steps.starts_with(&whole.steps)
+    }
+
     /// Whether one of the two places lies in the other, as far as can be known.
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {

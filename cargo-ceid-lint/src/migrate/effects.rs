@@ -80,12 +80,7 @@ impl Effects<'_> {
 
     /// Whether more than other updates may run in an iteration once a filter is updated, or part of it.
     fn is_followed(&self, own: &Guarded) -> bool {
-        let is_repeated = |at: ExprId| {
-            matches!(
-                self.of.kind(at),
-                ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
-            )
-        };
+        let is_repeated = |at: ExprId| self.of.kind(at).may_repeat();
         let is_one = |site: &Site| site.part == Part::Whole && !self.of.ancestors_inside(site.call).any(is_repeated);
         // The laws keep their order where each has one place.
         let is_ordered = own.sites.len() == 1 || self.guarded.len() == 1;

@@ -23,13 +23,7 @@ fn may_be_seen_elsewhere(of: &LoopBody<'_>, own: &Guarded) -> bool {
         return true;
     }
     // What is declared outside of a loop or closure around this loop is there again when that runs again.
-    of.ancestors(of.whole).any(|around| {
-        let is_repeated = matches!(
-            of.kind(around),
-            ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
-        );
-        is_repeated && !of.span(around).contains(local.span)
-    })
+    of.ancestors(of.whole).any(|around| of.kind(around).may_repeat() && !of.span(around).contains(local.span))
 }
 
 /// Where the variable of a filter is first named behind the loop, if it has no other name.

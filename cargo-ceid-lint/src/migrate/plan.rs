@@ -131,12 +131,7 @@ fn in_function(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Result<Rewrit
 /// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
 fn is_in_its_loop(of: Option<&LoopBody<'_>>, pair: &Pair) -> bool {
     let Some(of) = of.filter(|of| !of.is_function && pair.counts == [1]) else { return false };
-    let is_repeated = |at: ExprId| {
-        matches!(
-            of.kind(at),
-            ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
-        )
-    };
+    let is_repeated = |at: ExprId| of.kind(at).may_repeat();
     let is_alone = pair.updates.iter().all(|update| {
         let call = of.inside.iter().find(|id| of.span(**id) == *update);
         call.is_some_and(|call| !of.ancestors_inside(*call).any(is_repeated))

@@ -94,7 +94,7 @@ impl Gates<'_, '_> {
         };
         // What is always so is no reason where something else decides whether it is asked: `x > 3.0 || settings.is_on`.
         if gate == Gate::Config {
-            let steps = way.nodes.iter().zip(way.nodes.iter().skip(1));
+            let steps = way.steps();
             let asked_for_it = steps.filter(|(id, _)| {
                 let decides = |node| self.search.decides(**id, node);
                 matches!(graph.node(**id).effect, Effect::Branch(_)) && decides(chosen_at) && !decides(at)
@@ -118,6 +118,9 @@ impl Gates<'_, '_> {
     /// Whether a gate explains the skip alone. What is always so does not where something else decides whether it is asked, behind
     /// which the filter runs otherwise: `if x > 3.0 || self.is_on { filter.update(x); }`.
     pub(super) fn is_reason(&self, gate: Gate, at: NodeId, way: &Way) -> bool {
+        if gate != Gate::Config {
+            return true;
+        }
         let graph = self.search.graph;
         let updating = self.search.updating();
         let runs_behind = |id: NodeId| {
@@ -134,19 +137,16 @@ impl Gates<'_, '_> {
         let is_absent = || match &graph.node(at).effect {
             Effect::Branch(test) => test.subject.is_some_and(|id| {
                 let whole = graph.subjects[id.0 as usize].whole.as_ref();
-                whole.is_some_and(|whole| whole.base == own.base && own.steps.starts_with(&whole.steps))
+                whole.is_some_and(|whole| own.lies_at(whole))
             }),
             _ => false,
         };
-        gate != Gate::Config
-            || is_absent()
-            || way.nodes.iter().zip(way.nodes.iter().skip(1)).take_while(|(id, _)| **id != at).all(|(id, next)| {
-                match &graph.node(*id).effect {
-                    Effect::Branch(test) if self.search.decides(*id, at) && runs_otherwise(*id, *next) => {
-                        self.of_condition(test, *id, &self.way_by(*id, *next, at, way), 1).is_some()
-                    }
-                    _ => true,
+        is_absent()
+            || way.steps().take_while(|(id, _)| **id != at).all(|(id, next)| match &graph.node(*id).effect {
+                Effect::Branch(test) if self.search.decides(*id, at) && runs_otherwise(*id, *next) => {
+                    self.of_condition(test, *id, &self.way_by(*id, *next, at, way), 1).is_some()
                 }
+                _ => true,
             })
     }
 

@@ -87,7 +87,7 @@ impl Gates<'_, '_> {
         };
         let given = self.copied_from(asked);
         // Of an object that is asked by a method, the field that this gives.
-        let is_field = |field: &Place| field.base == given.base && field.steps.starts_with(&given.steps);
+        let is_field = |field: &Place| field.lies_at(&given);
         let field = whole.map(|whole| self.copied_from(whole)).filter(is_field);
         Some(field.unwrap_or(given))
     }

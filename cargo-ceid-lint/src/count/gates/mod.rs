@@ -39,6 +39,7 @@ mod step;
 mod time;
 mod told;
 mod warm_up;
+mod way;
 mod window;
 mod writes;
 
@@ -55,6 +56,7 @@ use sources::{Assignments, Sources, contains_any};
 pub(super) use step::measured_by;
 use time::TimeGate;
 pub(super) use time::paced_by;
+use way::Way;
 
 use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
@@ -97,28 +99,6 @@ pub(super) struct Gates<'s, 'a> {
     is_helper: bool,
     /// Whether the region is a loop over elements, each of whose rounds stands for an iteration of its own element.
     is_of_element: bool,
-}
-
-/// A way that does not update: its nodes, and the one at which that was decided.
-struct Way {
-    nodes: Vec<NodeId>,
-    at: NodeId,
-    /// The node at which the search leaves the update: another one where what is asked there was decided before.
-    left_at: NodeId,
-}
-
-impl Way {
-    /// The way to an end that was decided at a node.
-    fn to(exploration: &Exploration, end: &End, at: NodeId) -> Self {
-        let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
-        Self { nodes, at, left_at: at }
-    }
-
-    /// The node that follows another one on the way.
-    fn after(&self, at: NodeId) -> Option<NodeId> {
-        let number = self.nodes.iter().position(|id| *id == at)?;
-        self.nodes.get(number + 1).copied()
-    }
 }
 
 /// How many truth values in between are followed to the condition that gave them.

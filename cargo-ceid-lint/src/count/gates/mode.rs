@@ -340,7 +340,7 @@ impl Gates<'_, '_> {
     /// A filter that lies in a variant is there only while the enum is that variant: a way on which it is another one.
     pub(super) fn of_payload(&self, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
-        let is_absent = way.nodes.iter().zip(way.nodes.iter().skip(1)).any(|(id, next)| {
+        let is_absent = way.steps().any(|(id, next)| {
             let Effect::Branch(test) = &graph.node(*id).effect else { return false };
             let heads = if graph.node(*id).next.first() == Some(next) { test.holds } else { test.fails };
             self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)

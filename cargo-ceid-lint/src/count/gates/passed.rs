@@ -25,7 +25,7 @@ impl Gates<'_, '_> {
     pub(super) fn passes_through(&self, way: &Way) -> bool {
         let graph = self.search.graph;
         let mut found: BTreeMap<SubjectId, u32> = BTreeMap::new();
-        for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
+        for (at, next) in way.steps() {
             if let Effect::Branch(test) = &graph.node(*at).effect
                 && let Some(id) = test.subject
             {

@@ -130,7 +130,7 @@ impl Gates<'_, '_> {
         }
         let owner = Place { base: first.base, steps: owner.to_vec() };
         let fed = &self.fed().places;
-        let is_in = |place: &&Place| place.base == owner.base && place.steps.starts_with(&owner.steps);
+        let is_in = |place: &&Place| place.lies_at(&owner);
         // A field of `self` beside the numbers is its buffer if one of them is the index.
         let is_indexed = !self.is_self(&owner) || asked.iter().any(|place| fed.contains(place));
         asked.iter().all(|place| self.is_number(place))
@@ -169,13 +169,13 @@ impl Gates<'_, '_> {
             None => (&about.names, about.reads.iter().collect()),
         };
         let (Some(name), Some((first, more))) = (names.first(), reads.split_first()) else { return false };
-        let owners = more.iter().take_while(|place| place.base == first.base && place.steps.starts_with(&first.steps));
+        let owners = more.iter().take_while(|place| place.lies_at(first));
         let object = if kept.is_some() { owners.last().unwrap_or(first) } else { first };
         !about.is_combined
             && PARSING.iter().any(|word| has_word(name, word))
             && !self.is_self(object)
             && !matches!(self.ty(object), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char))
-            && self.fed().places.iter().any(|place| place.base == object.base && place.steps.starts_with(&object.steps))
+            && self.fed().places.iter().any(|place| place.lies_at(object))
     }
 
     /// `if adc.read_into(&mut sample) { f.update(sample) }`: what the call writes is the sample.
@@ -289,7 +289,7 @@ impl Gates<'_, '_> {
             let is_part = asks_amount || asks_register || is_flag(&place);
             let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
             let owner = Place { base: place.base, steps: owner.to_vec() };
-            let is_in = |other: &&Place| other.base == owner.base && other.steps.starts_with(&owner.steps);
+            let is_in = |other: &&Place| other.lies_at(&owner);
             // The bits that come with a sample that a helper is given are a part of it.
             let is_sample = is_masked
                 && self.is_helper

@@ -125,7 +125,7 @@ impl Gates<'_, '_> {
         let reach = |node: NodeId| if is_behind { behind(node) } else { inside[node.0 as usize] };
         let mut found: Option<Gate> = None;
         let mut is_decided = true;
-        for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
+        for (at, next) in way.steps() {
             if *at == info.head {
                 // The round before it updated nothing, for no reason that is known.
                 if !std::mem::replace(&mut is_decided, !is_within(*next)) {

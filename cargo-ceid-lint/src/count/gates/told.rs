@@ -78,7 +78,7 @@ impl Gates<'_, '_> {
     /// `if self.parts.ready() { f.update(self.take_parts()) }`.
     pub(super) fn is_taken_by_helper(&self, asked: &[Place]) -> bool {
         let taken = self.fields_given(self.fed(), |receiver| receiver.is_some());
-        let is_in = |place: &Place, field: &Place| place.base == field.base && place.steps.starts_with(&field.steps);
+        let is_in = |place: &Place, field: &Place| place.lies_at(field);
         !asked.is_empty() && asked.iter().all(|place| taken.iter().any(|field| is_in(place, field)))
     }
 

@@ -33,7 +33,7 @@ impl Search<'_> {
     /// Whether a function that takes the value as a whole runs the updates, so that it is not told in which variant the filter was.
     pub(in crate::count) fn is_chosen_by_callee(&self) -> bool {
         let holds = |root: &Place| {
-            let is_in = |place: &Place| place.base == root.base && place.steps.starts_with(&root.steps);
+            let is_in = |place: &Place| place.lies_at(root);
             is_in(self.instance) && self.homes().iter().all(is_in)
         };
         let takes_whole = |node: NodeId| match &self.graph.node(node).effect {

@@ -466,10 +466,7 @@ impl<'a> Search<'a> {
     /// A search that has not begun.
     fn run(&self, region: Region, most: usize) -> Run<'_, '_> {
         let touching = self.touching();
-        let inside = |node: NodeId| match region {
-            Region::Function => true,
-            Region::Loop(id) => self.graph.is_within(self.graph.node(node).in_loop, id),
-        };
+        let inside = |node: NodeId| region.holds(self.graph, self.graph.node(node).in_loop);
         let mut touching_inside: BTreeSet<NodeId> = touching.into_iter().filter(|node| inside(*node)).collect();
         // A filter that is updated when its guard ends is touched there.
         touching_inside.extend(self.near().filter(|id| {

@@ -113,10 +113,7 @@ impl Search<'_> {
     /// Why what a place has may be written by another name in a region.
     pub(in crate::count) fn may_be_written_in(&self, region: Region, place: &Place) -> Option<Cause> {
         let graph = self.graph;
-        let is_inside = |node: &NodeId| match region {
-            Region::Function => true,
-            Region::Loop(own) => graph.is_within(graph.node(*node).in_loop, own),
-        };
+        let is_inside = |node: &NodeId| region.holds(graph, graph.node(*node).in_loop);
         let cell = OnWay::to(self.program.index, graph, place)?;
         let is_it = |written: &Place| written.overlaps(place);
         graph.node_ids().filter(is_inside).find_map(|node| self.other_name(node, &cell, place, &is_it))

@@ -1,7 +1,17 @@
 //! From where in an iteration an update can still be reached.
 
 use super::{Region, Search};
-use crate::flow::{Effect, NodeId, Place};
+use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place};
+
+impl Region {
+    /// Whether what stands in a loop, if it is in one, stands in the region.
+    pub(in crate::count) fn holds(self, graph: &ControlFlowGraph, in_loop: Option<LoopId>) -> bool {
+        match self {
+            Self::Function => true,
+            Self::Loop(own) => graph.is_within(in_loop, own),
+        }
+    }
+}
 
 impl Search<'_> {
     /// Whether a place is there before and after an iteration.

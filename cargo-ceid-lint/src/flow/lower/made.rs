@@ -52,12 +52,12 @@ impl Builder<'_> {
 
     /// Whether a guard that no name holds is at a place, or in what holds that.
     pub(super) fn is_made(&self, place: &Place) -> bool {
-        self.made.iter().any(|made| lies_at(place, &made.place))
+        self.made.iter().any(|made| place.lies_at(&made.place))
     }
 
     /// Takes the guards that are or lie at a place.
     pub(super) fn take_made(&mut self, place: &Place) -> Vec<Made> {
-        let (found, others) = std::mem::take(&mut self.made).into_iter().partition(|made| lies_at(&made.place, place));
+        let (found, others) = std::mem::take(&mut self.made).into_iter().partition(|made| made.place.lies_at(place));
         self.made = others;
         found
     }
@@ -65,7 +65,7 @@ impl Builder<'_> {
     /// A value goes to another place, and the guards that it holds with it.
     pub(super) fn move_made(&mut self, from: Option<&Place>, to: &Place) {
         let Some(from) = from else { return };
-        for made in self.made.iter_mut().filter(|made| lies_at(&made.place, from)) {
+        for made in self.made.iter_mut().filter(|made| made.place.lies_at(from)) {
             made.place = to.join(&made.place.steps[from.steps.len()..]);
             made.is_moved = true;
         }
@@ -74,7 +74,7 @@ impl Builder<'_> {
     /// A value goes where it is not followed.
     pub(super) fn lose_made(&mut self, value: &Value) {
         if let Some(place) = &value.place {
-            for made in self.made.iter_mut().filter(|made| lies_at(&made.place, place)) {
+            for made in self.made.iter_mut().filter(|made| made.place.lies_at(place)) {
                 made.is_moved = true;
             }
         }
@@ -139,9 +139,4 @@ impl Builder<'_> {
             }
         }
     }
-}
-
-/// Whether a place is another one or lies in it.
-fn lies_at(place: &Place, whole: &Place) -> bool {
-    place.base == whole.base && place.steps.starts_with(&whole.steps)
 }

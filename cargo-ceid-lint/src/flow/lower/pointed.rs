@@ -191,15 +191,15 @@ impl Builder<'_> {
         let ty = self.ty(receiver).peel().clone();
         let is_such = self.at.is_some() && self.is_collection_of_references(&ty);
         if is_such {
-            let taken = self.emptied_collection(collection.clone(), ty, self.span(id));
+            let taken = self.emptied_place(collection.clone(), ty, self.span(id));
             let source = Source { item: Item::Element(taken), ..Source::bounded() };
             self.pour(id, receiver, source, (collection, None));
         }
         is_such
     }
 
-    /// A collection is empty from here on: what was in it has another name.
-    fn emptied_collection(&mut self, place: Place, ty: Ty, span: Span) -> Place {
+    /// A place is empty from here on, a collection or an element of one: what was in it has another name.
+    fn emptied_place(&mut self, place: Place, ty: Ty, span: Span) -> Place {
         let taken = self.temporary(ty, span);
         let leaving = Value { place: Some(place), is_owned: true, leaves_by: Some(Transfer::Move), ..Value::default() };
         self.set(taken, &leaving, span);
@@ -213,7 +213,7 @@ impl Builder<'_> {
             return None;
         }
         let rounds = self.next_number(receiver).map_or(Rounds::Bounded, Rounds::Constant);
-        let drained = self.emptied_collection(place.clone(), ty, span);
+        let drained = self.emptied_place(place.clone(), ty, span);
         Some(Source { item: Item::Element(drained), rounds, ..Source::bounded() })
     }
 
@@ -269,13 +269,13 @@ impl Builder<'_> {
         let from_the_end = method != "pop_front";
         let inner = *inner;
         if is_stopped {
-            let is_plain = tree.within(body).all(|id| !is_round_of_its_own(&tree.expr(id).kind));
+            let is_plain = tree.within(body).all(|id| !tree.expr(id).kind.may_repeat());
             let count = count.filter(|count| is_plain && from_the_end && *count <= MOST_WRITTEN_OUT);
             let Some(count) = count else { return false };
             self.pop_one_by_one(label, keyword, (Place::var(var), count), (inner, popped), body);
             return true;
         }
-        let drained = self.emptied_collection(Place::var(var), ty, self.span(popped));
+        let drained = self.emptied_place(Place::var(var), ty, self.span(popped));
         let item = Item::Element(drained);
         let (is_filled, text) = (self.is_surely_entered(popped), self.text(popped));
         let rounds = count.map_or(Rounds::Bounded, Rounds::Constant);
@@ -304,11 +304,8 @@ impl Builder<'_> {
         };
         let span = self.span(popped);
         self.write_out(label, keyword, body, (0..count).rev(), |this, number| {
-            let place = Some(collection.element(IndexKey::Number(number)));
-            let last = this.temporary(ty.clone(), span);
-            let leaving = Value { place, is_owned: true, leaves_by: Some(Transfer::Move), ..Value::default() };
-            this.set(last, &leaving, span);
-            this.bind_pattern(pat, &Value { place: Some(Place::var(last)), ..Value::default() });
+            let last = this.emptied_place(collection.element(IndexKey::Number(number)), ty.clone(), span);
+            this.bind_pattern(pat, &Value { place: Some(last), ..Value::default() });
         });
     }
 
@@ -341,9 +338,4 @@ impl Builder<'_> {
             _ => false,
         }
     }
-}
-
-/// Whether an expression runs something in rounds of its own, or may.
-fn is_round_of_its_own(kind: &ExprKind) -> bool {
-    matches!(kind, ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_))
 }

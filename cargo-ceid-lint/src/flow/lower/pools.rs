@@ -150,7 +150,7 @@ impl Builder<'_> {
             if used.as_ref() == Some(&place) {
                 return true;
             }
-            let holds = |own: &Place| own.base == place.base && own.steps.starts_with(&place.steps);
+            let holds = |own: &Place| own.lies_at(&place);
             !holds(&pool.collection) && !used.as_ref().is_some_and(holds)
         })
     }

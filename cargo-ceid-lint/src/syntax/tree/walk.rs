@@ -110,3 +110,11 @@ fn operands(kind: &MacroKind) -> Vec<ExprId> {
         MacroKind::EachCycle { control, body, .. } => vec![*control, *body],
     }
 }
+
+impl ExprKind {
+    /// Whether what lies in it may run more than once: it is a loop or a closure.
+    #[must_use]
+    pub fn may_repeat(&self) -> bool {
+        matches!(self, Self::Loop { .. } | Self::While { .. } | Self::For { .. } | Self::Closure(_))
+    }
+}
