@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
-use super::fed::{is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
+use super::fed::{is_drained_by_count, is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
 use super::given_away::is_given_away;
 use super::search::{Region, Search};
@@ -237,7 +237,13 @@ fn fed_besides(search: &Search<'_>, site: &CallSite) -> Vec<Var> {
 pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let Search { graph, aliases, summaries, .. } = *search;
     let info = graph.loop_info(id);
-    if info.rounds == Rounds::Unbounded || info.bound.is_empty() || picks_round(graph, search, node, id) {
+    if info.rounds == Rounds::Unbounded || picks_round(graph, search, node, id) {
+        return false;
+    }
+    if is_drained_by_count(search, node, id) {
+        return true;
+    }
+    if info.bound.is_empty() {
         return false;
     }
     // A counter is no sample, but what it indexes is one.

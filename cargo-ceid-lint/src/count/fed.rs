@@ -1,6 +1,8 @@
 //! What a round of a loop feeds to a law otherwise than by the law's arguments: memory that it writes, and what is set with what it
 //! gives.
 
+use std::collections::BTreeSet;
+
 use super::aliases::Aliases;
 use super::cycles::{named, receives};
 use super::derived::Derived;
@@ -58,6 +60,46 @@ pub(super) fn writes_fed(
         is_inside(*node) && is_emptied(place) && gives_sample(from) && aliases.roots(place).iter().any(feeds)
     };
     graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
+}
+
+/// Whether an update is fed with what its round takes from what says how many rounds there are: `for _ in 0..fifo.available()`.
+pub(super) fn is_drained_by_count(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+    let Search { graph, aliases, .. } = *search;
+    let is_inside = |in_loop: Option<LoopId>| graph.is_within(in_loop, id);
+    let is_own = |place: &Place| aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    let taken = &graph.loop_info(id).taken_by_count;
+    let taken: Vec<&(Place, String)> = taken.iter().filter(|(place, _)| !is_own(place)).collect();
+    let is_taken = |computed: &Computed| {
+        taken.iter().any(|(place, method)| computed.calls.contains(method) && computed.places.contains(place))
+    };
+    let comes_from_taken = |computed: &Computed| {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![computed];
+        while let Some(computed) = open.pop() {
+            if is_taken(computed) {
+                return true;
+            }
+            let vars = computed.places.iter().filter_map(Place::base_var);
+            let of_round = vars.filter(|var| is_inside(graph.var(*var).in_loop) && seen.insert(*var));
+            open.extend(of_round.filter_map(|var| graph.computed.get(&var)));
+        }
+        false
+    };
+    let is_part = |place: &Place| place.steps.len() > search.instance.steps.len() && is_own(place);
+    let is_fed_before = || {
+        graph.node_ids().any(|other| match &graph.node(other).effect {
+            Effect::Write(write) if is_part(&write.place) && is_inside(graph.node(other).in_loop) => {
+                graph.changes.get(&other).is_some_and(|change| comes_from_taken(&change.computed))
+            }
+            _ => false,
+        })
+    };
+    !taken.is_empty()
+        && match &graph.node(node).effect {
+            Effect::Update(update) => comes_from_taken(&update.from) || is_fed_before(),
+            Effect::Call(site) => comes_from_taken(&site.from) || is_fed_before(),
+            _ => false,
+        }
 }
 
 /// Whether each round of a loop makes a sample of its own, and puts what the law gives for it behind those of the rounds before:

@@ -27,6 +27,12 @@ pub const OF_COPY: &str = "only a copy of it is updated here, and what the copy 
 /// How a step begins that says which way of a condition is taken.
 pub const TAKEN: &str = "taken when ";
 
+/// How a loop within the cycle skips an update in it.
+const NO_ROUND: &str = "this loop has no round";
+
+/// The same for a loop with rounds.
+const NO_ROUND_UPDATES: &str = "no round of this loop comes to the update";
+
 /// What is said of a method of an iterator that ends at the first element which decides.
 pub const ENDS_EARLY: &str = ", and the elements behind that one are not updated";
 
@@ -61,8 +67,16 @@ const GOES_ROUND: &str = "this inner loop goes round within the cycle";
 pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
     let graph = search.graph;
     let mut steps = Vec::new();
-    let head = head_of(search, region);
+    let listed_at = head_of(search, region);
+    // The loop of a function that is given a closure is listed at the closure, and begins where it stands.
+    let head = match region {
+        Region::Loop(id) => graph.loop_info(id).keyword,
+        Region::Function => listed_at,
+    };
     steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
+    if head != listed_at {
+        steps.push(WitnessStep { span: listed_at, message: "this closure runs in that cycle".to_owned() });
+    }
     let path = exploration.path(end.at);
     let nodes: Vec<NodeId> = path.iter().map(|at| exploration.states[*at].node).collect();
     let updating = search.updating();
@@ -168,6 +182,12 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                     asked = Some(test.span);
                     continue;
                 }
+            }
+            // A loop that is gone over leaves the condition to its rounds.
+            Effect::LoopHead(id) if end.state.skipped_at == Some(state.node) && region != Region::Loop(*id) => {
+                let is_first = !nodes[..number].contains(&state.node);
+                let message = format!("{TAKEN}{}", if is_first { NO_ROUND } else { NO_ROUND_UPDATES });
+                steps.push(WitnessStep { span: node.span, message });
             }
             Effect::Mark(Mark::ClosureCall) => {
                 let mut behind = path[number + 1..].iter().map(|at| &exploration.states[*at]);

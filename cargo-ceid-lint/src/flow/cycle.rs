@@ -119,6 +119,8 @@ pub struct LoopInfo {
     pub over: Option<Place>,
     /// What is asked for something by the counter: `input.at(i)`, `input[first + i]`.
     pub sampled: Vec<Place>,
+    /// What its rounds take from what says how many of them there are, and by which method: `for _ in 0..fifo.len() { fifo.read() }`.
+    pub taken_by_count: Vec<(Place, String)>,
     /// The collections whose elements a round gets to write: `for (slot, sample) in frame.iter_mut().zip(input)`.
     pub filled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.

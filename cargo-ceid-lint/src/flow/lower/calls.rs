@@ -12,6 +12,7 @@ impl Builder<'_> {
         if let Some(guard) = self.guard_made(id, args) {
             return guard;
         }
+        self.note_put_into_sample(id, args);
         match self.typed().callees.get(&id) {
             Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
             Some(Callee::Resolved(_)) if let Some(lent) = self.static_lent(id) => {
@@ -129,6 +130,7 @@ impl Builder<'_> {
         self.note_method_wait(id, receiver, method, args);
         self.note_lent_by(receiver, method);
         self.note_clone(id, receiver, method, args);
+        self.note_put_into_sample(id, &[&[receiver], args].concat());
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }

@@ -120,6 +120,21 @@ impl Builder<'_> {
         }
     }
 
+    /// Notes what a call gets with the memory of samples that it is lent to write: `frame.fill(level)`, `put(sample, level)`.
+    pub(super) fn note_put_into_sample(&mut self, id: ExprId, given: &[ExprId]) {
+        let Some(at) = self.at.filter(|_| given.len() > 1) else { return };
+        if !given.iter().any(|expr| matches!(self.ty(*expr), Ty::Ref(true, memory) if holds_numbers(memory))) {
+            return;
+        }
+        let mut all = Computed::default();
+        for expr in given {
+            let computed = self.computed_from(*expr);
+            all.places.extend(computed.places);
+            all.calls.extend(computed.calls);
+        }
+        self.graph.mixed.push((at, self.span(id), all));
+    }
+
     /// What an item that a closure gets is one of: the channels in `channels.iter().map(|channel| channel[i])`.
     fn owners_of_item(&mut self, item: ExprId, inside: ExprId) -> Vec<Place> {
         let tree = self.body();
@@ -192,6 +207,15 @@ impl Builder<'_> {
 
 /// How deep operators and arrays are looked into.
 const MAX_OPERATORS: u32 = 8;
+
+/// Whether a type is a number, or several of them in a row.
+fn holds_numbers(ty: &Ty) -> bool {
+    match ty {
+        Ty::Int | Ty::Float => true,
+        Ty::Array(each, _) | Ty::Slice(each) => holds_numbers(each),
+        _ => false,
+    }
+}
 
 /// Whether something is computed by an operator, or by what is called on a number.
 fn is_mixed(body: &Body, id: ExprId, depth: u32) -> bool {

@@ -1,6 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 mod counting;
+mod drained;
 mod filled;
 mod once_or_never;
 
@@ -126,6 +127,7 @@ impl Builder<'_> {
             bound: Vec::new(),
             indexes: Vec::new(),
             sampled: Vec::new(),
+            taken_by_count: Vec::new(),
             filled: Vec::new(),
             over: None,
             passes_over: false,
@@ -238,6 +240,7 @@ impl Builder<'_> {
         }
         self.note_bound(this_loop, condition);
         self.note_sampled(this_loop, body);
+        self.note_drained(this_loop, condition, body);
         self.expr(body);
         self.close_block(keyword);
         self.pop_loop_scope();
@@ -374,6 +377,7 @@ impl Builder<'_> {
             this.bind_item(this_loop, pat, &item, &value);
             this.note_chosen(&choosing, (this.frame, pat));
             this.note_sampled(this_loop, body);
+            this.note_drained(this_loop, iterable, body);
             this.note_lent_to_rounds(this_loop, iterable);
             this.note_mirrored(this_loop, body);
             this.graph.loops[this_loop.0 as usize].is_lent = this.is_lent_iterator(iterable);
@@ -430,42 +434,6 @@ impl Builder<'_> {
         if is_mirrored && lasts.into_iter().all(|last| self.limits(last, true) == limits) {
             let info = &mut self.graph.loops[this_loop.0 as usize];
             (info.is_mirrored, info.counts_down) = (true, !info.counts_down);
-        }
-    }
-
-    /// `while let Some(x) = queue.pop()` takes what is there.
-    fn is_drain(&self, condition: ExprId) -> bool {
-        let tree = self.body();
-        let ExprKind::Let { value, .. } = &tree.expr(condition).kind else { return false };
-        let mut at = *value;
-        loop {
-            match &tree.expr(at).kind {
-                ExprKind::MethodCall { receiver, method, .. } => match method.as_str() {
-                    "ok" | "unwrap" | "as_mut" | "map" | "flatten" | "borrow_mut" | "lock" => at = *receiver,
-                    name => {
-                        return matches!(
-                            name,
-                            "pop"
-                                | "pop_front"
-                                | "pop_back"
-                                | "try_recv"
-                                | "dequeue"
-                                | "try_pop"
-                                | "try_next"
-                                | "poll_next"
-                                | "next"
-                                | "try_dequeue"
-                                | "try_receive"
-                                | "take"
-                                | "pop_first"
-                                | "pop_last"
-                                | "try_iter"
-                                | "try_pop_front"
-                        );
-                    }
-                },
-                _ => return false,
-            }
         }
     }
 }
