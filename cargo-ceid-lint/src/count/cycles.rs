@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
+use super::by_way::feeds_by_way;
 use super::derived::Derived;
 use super::fed::{is_drained_by_count, is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
@@ -277,9 +278,9 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let (from_bound, origins) = (aliases.derived_from(&bound), aliases.origins(&bound));
     // What is combined with the result for each sample of a loop around it is no sample.
     let is_inner = is_gone_through_for_samples(search, node, id);
+    let is_sample = |var: Var| from_bound.contains(var) && (bound.contains(&var) || !lasts(graph, var, id));
     let is_fed = |fed: &[Var], into: &[Var]| {
-        fed.iter().any(|var| from_bound.contains(*var) && (bound.contains(var) || !lasts(graph, *var, id)))
-            || !is_inner && into.iter().any(|var| origins.contains(var))
+        fed.iter().copied().any(is_sample) || !is_inner && into.iter().any(|var| origins.contains(var))
     };
     let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
     let at_update = match &graph.node(node).effect {
@@ -287,7 +288,7 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
         Effect::Call(site) => is_fed(&fed_besides(search, site), &site.into) || is_written(&site.from),
         _ => false,
     };
-    if at_update {
+    if at_update || feeds_by_way(search, node, id, &is_sample) {
         return true;
     }
     // What the instance gives in a round, by its law or another method of it.

@@ -62,6 +62,26 @@ pub(super) fn writes_fed(
     graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
 }
 
+/// Whether something is computed in one step or several, by variables of a round, from what is looked for.
+pub(super) fn is_computed_from(
+    graph: &ControlFlowGraph,
+    id: LoopId,
+    computed: &Computed,
+    is_it: &dyn Fn(&Computed) -> bool,
+) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![computed];
+    while let Some(computed) = open.pop() {
+        if is_it(computed) {
+            return true;
+        }
+        let vars = computed.places.iter().filter_map(Place::base_var);
+        let of_round = vars.filter(|var| graph.is_within(graph.var(*var).in_loop, id) && seen.insert(*var));
+        open.extend(of_round.filter_map(|var| graph.computed.get(&var)));
+    }
+    false
+}
+
 /// Whether an update is fed with what its round takes from what says how many rounds there are: `for _ in 0..fifo.available()`.
 pub(super) fn is_drained_by_count(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let Search { graph, aliases, .. } = *search;
@@ -72,19 +92,7 @@ pub(super) fn is_drained_by_count(search: &Search<'_>, node: NodeId, id: LoopId)
     let is_taken = |computed: &Computed| {
         taken.iter().any(|(place, method)| computed.calls.contains(method) && computed.places.contains(place))
     };
-    let comes_from_taken = |computed: &Computed| {
-        let mut seen = BTreeSet::new();
-        let mut open = vec![computed];
-        while let Some(computed) = open.pop() {
-            if is_taken(computed) {
-                return true;
-            }
-            let vars = computed.places.iter().filter_map(Place::base_var);
-            let of_round = vars.filter(|var| is_inside(graph.var(*var).in_loop) && seen.insert(*var));
-            open.extend(of_round.filter_map(|var| graph.computed.get(&var)));
-        }
-        false
-    };
+    let comes_from_taken = |computed: &Computed| is_computed_from(graph, id, computed, &is_taken);
     let is_part = |place: &Place| place.steps.len() > search.instance.steps.len() && is_own(place);
     let is_fed_before = || {
         graph.node_ids().any(|other| match &graph.node(other).effect {

@@ -9,6 +9,7 @@ mod answers;
 mod assumed;
 mod behind;
 mod bottom_up;
+mod by_way;
 mod called_place;
 mod callgraph;
 mod chosen_resets;
