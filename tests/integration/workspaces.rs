@@ -117,6 +117,26 @@ fn laws_by_traits_that_make_no_filters() {
     assert_eq!((&boxed["filters"][0]["law"], &boxed["filters"][0]["verdict"]), (&"advance".into(), &"once".into()));
 }
 
+/// The one entry of a report for a filter of a function.
+fn verdict(report: &serde_json::Value, function: &str, filter: &str) -> String {
+    let cycles = report["cycles"].as_array().expect("the report lists cycles");
+    let own = cycles.iter().find(|cycle| cycle["function"] == function).expect("it is a cycle");
+    let filters = own["filters"].as_array().expect("a cycle lists filters");
+    let entry = filters.iter().find(|entry| entry["name"] == filter).expect("it is a filter of the cycle");
+    entry["verdict"].as_str().expect("an entry has a verdict").to_owned()
+}
+
+#[test]
+fn a_law_is_one_update_whatever_filters_hold_each_other() {
+    check("configured_nested");
+    let report = run(&workspace::committed("configured_nested"), ["report", "--message-format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&report.stdout).expect("the report is JSON");
+    assert_eq!(verdict(&report, "Track::each_once", "self.effects[*]"), "once");
+    assert_eq!(verdict(&report, "one", "echo"), "once");
+    // What lies in them is not followed to its end.
+    assert_eq!(verdict(&report, "Track::each_once", "self.effects[*].left.first"), "unproved");
+}
+
 #[test]
 fn laws_by_a_trait_of_many_types() {
     check_with("configured_many", "expected.txt", &["-W", "unproved_update"]);

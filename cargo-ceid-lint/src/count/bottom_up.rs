@@ -6,12 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::answering::Answering;
 use super::callgraph::{by_return, calls_itself, levels};
 use super::given::{Given, GivenBase, given, instance_of};
-use super::instances::may_hold_filter;
+use super::instances::{inner, may_hold_filter};
 use super::outcome::Outcome;
+use super::own_methods;
 use super::recursive::has_owner_twice;
 use super::summary::{Summaries, Summary};
-use crate::flow::{Cause, ControlFlowGraph, Place, Program};
-use crate::index::{FunctionId, Ty};
+use crate::flow::{Cause, ControlFlowGraph, Place, Program, Projection};
+use crate::index::{FunctionId, Shape, Ty};
 
 /// How often a cycle of calls is gone round.
 const MAX_ROUNDS: u32 = 8;
@@ -105,11 +106,31 @@ impl Summaries {
             let params = graph.params.iter().filter(|param| may_hold_filter(program.index, &graph.var(**param).ty));
             let wholes = params.filter_map(|param| given(graph, &Place::var(*param)));
             let wholes = wholes.filter(|place| has_cells || !is_lent_shared(graph, place));
-            for given in wholes.chain(statics.iter().cloned()) {
+            let parts = parts_of_own(program, graph);
+            let is_own = |given: &Given| parts.is_some() && given.base == GivenBase::Param(0);
+            let wholes = wholes.filter(|given| !is_own(given)).chain(statics.iter().cloned());
+            for given in wholes.chain(parts.iter().flatten().cloned()) {
                 summary.insert(&given, &unknown);
+            }
+            if parts.is_some() {
+                own_methods::add(program.index, graph, summary);
             }
         }
     }
+}
+
+/// What lies in the filter whose law a function is: the law advances the filter itself once, whatever it does to that. None where it
+/// is no law, or where its filter has no parts with names.
+fn parts_of_own(program: &Program<'_>, graph: &ControlFlowGraph) -> Option<Vec<Given>> {
+    let index = program.index;
+    let ty = inner(&graph.var(*graph.params.first()?).ty);
+    let Ty::Adt(id, _) = &ty else { return None };
+    let Shape::Struct(of_type) = &index.type_def(*id).shape else { return None };
+    index.law_run_by(&ty, index.origin(graph.function))?;
+    let may_hold = |name: &&str| index.field_ty(&ty, None, name).is_none_or(|ty| may_hold_filter(index, &ty));
+    let names = of_type.fields.iter().map(|field| &*field.name).filter(may_hold);
+    let part = |name: &str| Given { base: GivenBase::Param(0), steps: vec![Projection::Field(name.into())] };
+    Some(names.map(part).collect())
 }
 
 /// Whether functions that call each other have many places already: the next round finds many times as many.
