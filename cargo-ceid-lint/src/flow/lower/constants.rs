@@ -251,7 +251,7 @@ pub(super) fn referred(program: &Program<'_>, id: ValueId) -> ValueId {
 }
 
 impl Builder<'_> {
-    /// The static that a call lends, if the function does nothing else: `fn depth() -> &'static Mutex<Pt1> { &DEPTH }`.
+    /// The static that a call lends, or locks and lends, if the function does nothing else: `fn depth() -> &'static Mutex<Pt1> { &DEPTH }`.
     pub(super) fn static_lent(&self, call: ExprId) -> Option<Place> {
         let target = self.only_target(call)?;
         let body = self.program.index.function(target).function.body.as_ref().filter(|body| body.params.is_empty())?;
@@ -264,7 +264,7 @@ impl Builder<'_> {
                 ExprKind::MethodCall { receiver, method, args, .. }
                     if matches!(
                         (method.as_str(), args.len()),
-                        ("get" | "unwrap", 0) | ("get_or_init" | "expect", 1)
+                        ("get" | "unwrap" | "lock" | "write" | "borrow_mut", 0) | ("get_or_init" | "expect", 1)
                     ) =>
                 {
                     *receiver
@@ -274,7 +274,9 @@ impl Builder<'_> {
         }
         let Some(Def::Value(value)) = typed.expr_def.get(&at) else { return None };
         let named = referred(self.program, *value);
-        let is_lent = matches!(self.ty(call), Ty::Ref(..)) && self.may_hold_filter(self.ty(call));
+        let ty = self.ty(call);
+        let is_guard = || ty.external_name().is_some_and(|name| name.ends_with("Guard") || name == "RefMut");
+        let is_lent = (matches!(ty, Ty::Ref(..)) || is_guard()) && self.may_hold_filter(ty);
         (is_lent && self.program.index.value(named).item.is_static).then(|| Place::of_static(named))
     }
 }
