@@ -186,7 +186,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     let mut ends: Vec<End> = exploration.ends.clone();
     if region == Region::Function && by_framework {
         // An error, `None` or `Ready` ends the run of a cycle function, and so does `Flow::Stop`.
-        let stop = returned::stop(search.program.index, search.graph.function);
+        let stop = returned::stop(search.program, search.graph.function);
         for end in &mut ends {
             if end.returned == returned::ABSENT || Some(end.returned) == stop {
                 end.kind = EndKind::Exits;

@@ -1,10 +1,10 @@
 //! Bits of what a function gives back on a way: see [`super::outcome::Outcome`].
 
-use crate::flow::{OTHER_HEADS, Program, Subject, has_one_answer};
-use crate::index::{FunctionId, Index, Ty};
+use crate::flow::{MAX_VARIANTS, OTHER_HEADS, Program, Subject, VariantNumbers, has_one_answer};
+use crate::index::{FunctionId, Ty};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
-pub(super) type Heads = u32;
+pub(super) type Heads = u64;
 
 pub(super) const PRESENT: Heads = 1;
 pub(super) const ABSENT: Heads = 2;
@@ -13,30 +13,29 @@ pub(super) const FALSE: Heads = 8;
 pub(super) const OTHER: Heads = !(PRESENT | ABSENT | TRUE | FALSE);
 pub(super) const ANY: Heads = Heads::MAX;
 
+const _: () = assert!(OTHER.count_ones() == MAX_VARIANTS, "each number of a variant has a bit");
+
 /// The bit of a head. Heads that share a bit are not told apart.
-pub(super) fn bit(head: &str) -> Heads {
+pub(super) fn bit(variants: &VariantNumbers, head: &str) -> Heads {
     match head {
         "+" => PRESENT,
         "-" => ABSENT,
         "true" => TRUE,
         "false" => FALSE,
-        _ => {
-            let hash = head.bytes().fold(0u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(16_777_619));
-            1 << (OTHER.trailing_zeros() + hash % OTHER.count_ones())
-        }
+        _ => 1 << (OTHER.trailing_zeros() + variants.number(head)),
     }
 }
 
 /// The bits of those heads of a subject that a mask has.
-pub(super) fn of_mask(subject: &Subject, mask: u32) -> Heads {
+pub(super) fn of_mask(variants: &VariantNumbers, subject: &Subject, mask: u32) -> Heads {
     let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
-    let others = if mask & OTHER_HEADS != 0 { of_others(subject) } else { 0 };
-    listed.fold(others, |heads, (_, head)| heads | bit(head))
+    let others = if mask & OTHER_HEADS != 0 { of_others(variants, subject) } else { 0 };
+    listed.fold(others, |heads, (_, head)| heads | bit(variants, head))
 }
 
 /// The bits of the heads that a subject does not list.
-pub(super) fn of_others(subject: &Subject) -> Heads {
-    subject.heads.iter().fold(ANY, |heads, head| heads & !bit(head)) | OTHER
+pub(super) fn of_others(variants: &VariantNumbers, subject: &Subject) -> Heads {
+    subject.heads.iter().fold(ANY, |heads, head| heads & !bit(variants, head)) | OTHER
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
@@ -55,7 +54,8 @@ pub(super) fn of_reader(program: &Program<'_>, function: FunctionId, heads: Head
 }
 
 /// What a function gives back that ends the run, if it tells by ceid-core's `Flow` whether it wants another cycle.
-pub(super) fn stop(index: &Index, function: FunctionId) -> Option<Heads> {
+pub(super) fn stop(program: &Program<'_>, function: FunctionId) -> Option<Heads> {
+    let index = program.index;
     let gives = index.lower(&index.function(function).function.output, &index.scope_of(function));
     let is_flow = match gives {
         Ty::External(path, _) => path == "ceid_core::Flow",
@@ -65,7 +65,7 @@ pub(super) fn stop(index: &Index, function: FunctionId) -> Option<Heads> {
         }
         _ => false,
     };
-    is_flow.then(|| bit("Stop"))
+    is_flow.then(|| bit(program.variants, "Stop"))
 }
 
 #[cfg(test)]
@@ -83,11 +83,12 @@ mod tests {
             heads: heads.iter().map(|head| (*head).to_owned()).collect(),
             total: None,
         };
-        assert_eq!(of_mask(&of(&[]), OTHER_HEADS), ANY);
+        let variants = VariantNumbers::default();
+        assert_eq!(of_mask(&variants, &of(&[]), OTHER_HEADS), ANY);
         let one = of(&["+"]);
-        assert_eq!(of_mask(&one, OTHER_HEADS) & (PRESENT | ABSENT), ABSENT);
-        assert_eq!(of_mask(&one, 1), PRESENT);
+        assert_eq!(of_mask(&variants, &one, OTHER_HEADS) & (PRESENT | ABSENT), ABSENT);
+        assert_eq!(of_mask(&variants, &one, 1), PRESENT);
         // Other heads may share a bit with one that is listed.
-        assert_eq!(of_others(&of(&["Idle"])) & bit("Idle"), bit("Idle"));
+        assert_eq!(of_others(&variants, &of(&["Idle"])) & bit(&variants, "Idle"), bit(&variants, "Idle"));
     }
 }

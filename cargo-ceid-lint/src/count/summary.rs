@@ -273,7 +273,7 @@ impl Summaries {
                             }
                         }
                     }
-                    let heads = value.head.as_ref().map_or(returned::ANY, |head| returned::bit(head));
+                    let heads = value.head.as_ref().map_or(returned::ANY, |head| returned::bit(program.variants, head));
                     summary.heads |= returned::of_function(program, graph.function, heads);
                 }
                 _ => {}

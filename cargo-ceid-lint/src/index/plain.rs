@@ -50,6 +50,14 @@ impl Index {
         }
     }
 
+    /// The names of the variants of each enum of the analysed code.
+    pub fn variants_of_enums(&self) -> impl Iterator<Item = Vec<&str>> {
+        self.types.iter().filter_map(|def| match &def.shape {
+            Shape::Enum(variants) => Some(variants.iter().map(|variant| variant.name.as_str()).collect()),
+            Shape::Struct(_) => None,
+        })
+    }
+
     /// The types of the fields of a type of the analysed code, of all its variants.
     #[must_use]
     pub fn field_types(&self, ty: &Ty) -> Vec<Ty> {

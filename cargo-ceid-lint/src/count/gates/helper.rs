@@ -269,7 +269,11 @@ impl Gates<'_, '_> {
                     let holds = graph.node(*id).next.first() == Some(next);
                     let is_asked = |subject: &&Subject| subject.whole.as_ref().is_some_and(|it| names.contains(it));
                     if let Some(subject) = subject.filter(is_asked) {
-                        heads &= returned::of_mask(subject, if holds { test.holds } else { test.fails });
+                        heads &= returned::of_mask(
+                            self.search.program.variants,
+                            subject,
+                            if holds { test.holds } else { test.fails },
+                        );
                     }
                 }
                 _ => {}

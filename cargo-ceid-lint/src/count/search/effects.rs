@@ -265,9 +265,10 @@ impl Run<'_, '_> {
             return masks;
         };
         let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
-        let mut mask = if heads & returned::of_others(subject) != 0 { OTHER_HEADS } else { 0 };
+        let variants = self.search.program.variants;
+        let mut mask = if heads & returned::of_others(variants, subject) != 0 { OTHER_HEADS } else { 0 };
         for (number, head) in subject.heads.iter().enumerate() {
-            if heads & returned::bit(head) != 0 {
+            if heads & returned::bit(variants, head) != 0 {
                 mask |= 1 << number;
             }
         }
@@ -284,7 +285,7 @@ impl Run<'_, '_> {
             self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
         let Some(tracked) = tracked else { return returned::ANY };
         let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
-        returned::of_mask(subject, self.masks.get(state.masks)[tracked])
+        returned::of_mask(self.search.program.variants, subject, self.masks.get(state.masks)[tracked])
     }
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {

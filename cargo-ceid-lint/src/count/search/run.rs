@@ -293,7 +293,7 @@ impl<'s, 'a> Run<'s, 'a> {
             Effect::Return(_) if self.awaits_copy(state) => {}
             Effect::Return(value) => {
                 let heads = match (&value.head, value.same_as) {
-                    (Some(head), _) => returned::bit(head),
+                    (Some(head), _) => returned::bit(self.search.program.variants, head),
                     (None, Some(var)) => self.heads_of(state, var),
                     (None, None) => returned::ANY,
                 };

@@ -17,7 +17,7 @@ pub(in crate::count) struct Ways {
     /// Without those on which there is no such filter.
     pub(in crate::count) outcomes: Vec<Outcome>,
     /// What is given back on any of them.
-    pub(in crate::count) heads: u32,
+    pub(in crate::count) heads: returned::Heads,
     /// How many states it took to find them.
     pub(in crate::count) states: usize,
     /// How one of them comes to a second update.

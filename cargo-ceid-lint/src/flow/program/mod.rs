@@ -2,6 +2,7 @@
 
 mod callables;
 mod endless;
+mod variants;
 
 use callables::Callables;
 use rustc_hash::FxHashSet;
@@ -13,6 +14,7 @@ use crate::syntax::{CycleDirective, Directives};
 use crate::types::{Resolved, TypedBody};
 
 pub(super) use endless::is_exit;
+pub use variants::{MAX_VARIANTS, VariantNumbers};
 
 /// What the lowering may ask.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,8 @@ pub struct Program<'a> {
     pub callables: &'a Callables,
     /// The functions that never come back.
     endless: &'a FxHashSet<FunctionId>,
+    /// What tells the variants of each enum apart.
+    pub variants: &'a VariantNumbers,
     /// The text of the sources, for messages.
     pub sources: &'a SourceMap,
     /// What comments say of loops, functions and gates.
@@ -59,6 +63,7 @@ pub struct Inferred {
     bodies: Vec<Option<TypedBody>>,
     callables: Callables,
     endless: FxHashSet<FunctionId>,
+    variants: VariantNumbers,
 }
 
 impl Inferred {
@@ -70,7 +75,7 @@ impl Inferred {
         let bodies = cores.deeply(functions.len(), infer);
         let callables = Callables::of(index, &bodies, sources);
         let endless = endless::endless(index, &bodies);
-        Self { bodies, callables, endless }
+        Self { bodies, callables, endless, variants: VariantNumbers::of(index) }
     }
 
     /// What the lowering may ask of these bodies.
@@ -87,6 +92,7 @@ impl Inferred {
             bodies: &self.bodies,
             callables: &self.callables,
             endless: &self.endless,
+            variants: &self.variants,
             sources,
             directives,
             cores,

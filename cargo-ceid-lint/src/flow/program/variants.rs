@@ -1,0 +1,48 @@
+//! Numbers of the variants of all enums by their names, none the same for two of one enum.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::index::Index;
+
+/// How many variants of one enum are told apart.
+pub const MAX_VARIANTS: u32 = 60;
+
+/// The numbers of names of variants, each less than [`MAX_VARIANTS`].
+#[derive(Debug, Default)]
+pub struct VariantNumbers {
+    of: FxHashMap<String, u32>,
+}
+
+impl VariantNumbers {
+    /// Numbers the variants of an index.
+    #[must_use]
+    pub(super) fn of(index: &Index) -> Self {
+        let enums: Vec<Vec<&str>> =
+            index.variants_of_enums().filter(|names| names.len() <= MAX_VARIANTS as usize).collect();
+        let mut owners: FxHashMap<&str, Vec<usize>> = FxHashMap::default();
+        for (at, names) in enums.iter().enumerate() {
+            names.iter().for_each(|name| owners.entry(name).or_default().push(at));
+        }
+        let mut of: FxHashMap<String, u32> = FxHashMap::default();
+        for name in enums.iter().flatten() {
+            if of.contains_key(*name) {
+                continue;
+            }
+            // A name that several enums have needs a number that is free in each of them.
+            let beside = owners[name].iter().flat_map(|at| &enums[*at]);
+            let taken: FxHashSet<u32> = beside.filter_map(|other| of.get(*other).copied()).collect();
+            if let Some(free) = (0..MAX_VARIANTS).find(|number| !taken.contains(number)) {
+                of.insert((*name).to_owned(), free);
+            }
+        }
+        Self { of }
+    }
+
+    /// The number of a name; names of no variant, and of enums with very many of them, may share theirs with any other.
+    #[must_use]
+    pub fn number(&self, name: &str) -> u32 {
+        self.of.get(name).copied().unwrap_or_else(|| {
+            name.bytes().fold(0u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(16_777_619)) % MAX_VARIANTS
+        })
+    }
+}
