@@ -342,8 +342,8 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     if decision.verdict == Verdict::Skipped && own_cycles::are_called(search, region) {
         return Decision { verdict: Verdict::PerSample, ..base };
     }
-    // A counter that never comes to its gate is no rate.
-    let never_opens = decision.verdict == Verdict::Skipped || decision.gate == Some(Gate::Rate);
+    // A counter that never comes to its gate is no rate, and a state that never comes to its update no mode.
+    let never_opens = decision.verdict == Verdict::Skipped || matches!(decision.gate, Some(Gate::Rate | Gate::Mode));
     if is_untouched && never_opens {
         return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }

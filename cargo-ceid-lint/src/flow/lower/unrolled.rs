@@ -112,8 +112,7 @@ impl Builder<'_> {
         if let PatKind::Reference(pat) = self.body().pat(pat).kind {
             return self.written_rounds(pat, iterable, inside);
         }
-        let locals = self.locals_of(pat);
-        if let [local] = locals.as_slice() {
+        if let (PatKind::Bind { .. }, [local]) = (&self.body().pat(pat).kind, self.locals_of(pat).as_slice()) {
             let heads = match self.names(iterable) {
                 Some(heads) => Some(heads).filter(|_| self.selects(inside, *local)),
                 None => self.numbers_of(iterable).filter(|numbers| self.chooses_by(inside, *local, numbers)),
@@ -121,17 +120,12 @@ impl Builder<'_> {
             return Some(heads?.into_iter().map(|head| vec![(pat, Some(head), iterable)]).collect());
         }
         let body = self.body();
-        let (PatKind::Tuple(pats), [first, ..]) = (&body.pat(pat).kind, locals.as_slice()) else { return None };
-        if let ([number, item], ExprKind::MethodCall { receiver, method, .. }) =
+        let PatKind::Tuple(pats) = &body.pat(pat).kind else { return None };
+        if let ([left, right], ExprKind::MethodCall { receiver, method, args, .. }) =
             (pats.as_slice(), &body.expr(iterable).kind)
-            && method == "enumerate"
-            && let Ty::Array(of, length) = self.ty(plain_items(body, *receiver)).peel()
+            && matches!(method.as_str(), "enumerate" | "zip")
         {
-            let length = length.value.filter(|length| *length <= MAX_ROUNDS && !self.may_hold_filter(of))?;
-            let numbers: Vec<Head> = (0..length).map(|at| at.to_string()).collect();
-            let is_chosen = self.chooses_by(inside, *first, &numbers);
-            let round = |at| vec![(*number, Some(at), iterable), (*item, None, iterable)];
-            return is_chosen.then(|| numbers.into_iter().map(round).collect());
+            return self.paired_rounds([*left, *right], iterable, *receiver, args.first().copied(), inside);
         }
         let rows = self.rows(iterable, pats.len())?;
         let round = |row: Row| pats.iter().zip(row).map(|(pat, (head, from))| (*pat, head, from)).collect::<Round>();
@@ -141,6 +135,52 @@ impl Builder<'_> {
             local.is_some_and(|local| self.selects(inside, *local)) && rounds.iter().all(|round| round[at].1.is_some())
         };
         (0..pats.len()).any(is_named).then_some(rounds)
+    }
+
+    /// The same where each round has one of some names and its number, `for (i, axis) in Axis::ALL.iter().enumerate()`, or what stands
+    /// beside the name: `Axis::ALL.iter().zip(readings)`.
+    fn paired_rounds(
+        &mut self,
+        [left, right]: [PatId; 2],
+        iterable: ExprId,
+        items: ExprId,
+        beside: Option<ExprId>,
+        inside: ExprId,
+    ) -> Option<Vec<Round>> {
+        let body = self.body();
+        let length = |this: &Self, id| match this.ty(plain_items(body, id)).peel() {
+            Ty::Array(of, length) if !this.may_hold_filter(of) => length.value,
+            _ => None,
+        };
+        let names = self.names(items);
+        let count = match &names {
+            Some(names) => u64::try_from(names.len()).ok(),
+            None => length(self, items),
+        };
+        let count = count.filter(|count| *count <= MAX_ROUNDS)?;
+        // What ends earlier ends the loop.
+        let count = match beside {
+            Some(beside) => length(self, beside)?.min(count),
+            None => count,
+        };
+        let numbers: Vec<Head> = (0..count).map(|at| at.to_string()).collect();
+        let (named, other) = if beside.is_some() { (left, right) } else { (right, left) };
+        let local = |this: &Self, pat| match this.locals_of(pat).as_slice() {
+            [local] => Some(*local),
+            _ => None,
+        };
+        let by_name = names.is_some() && local(self, named).is_some_and(|local| self.selects(inside, local));
+        let is_chosen = by_name
+            || beside.is_none() && local(self, other).is_some_and(|local| self.chooses_by(inside, local, &numbers));
+        let names = names.filter(|_| by_name);
+        let name = |at: usize| names.as_ref().and_then(|names| names.get(at).cloned());
+        let number = |number: Head| beside.is_none().then_some(number);
+        let named = match self.body().pat(named).kind {
+            PatKind::Reference(inner) => inner,
+            _ => named,
+        };
+        let round = |(at, head): (usize, Head)| vec![(other, number(head), iterable), (named, name(at), iterable)];
+        is_chosen.then(|| numbers.into_iter().enumerate().map(round).collect())
     }
 
     /// The rows of a table of so many columns without filters, written there or in a constant.
