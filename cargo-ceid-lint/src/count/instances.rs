@@ -337,7 +337,7 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
                 steps.pop();
             } else if matches!(name, "Mutex" | "RwLock" | "RefCell" | "Cell") {
                 collect(index, first, steps, Way { is_in_cell: true, ..way.inside() }, found);
-            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
+            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource" | "OnlyInCeid") {
                 collect(index, first, steps, way.inside(), found);
             } else if is_transparent(name) {
                 let is_shared = way.is_shared || ty.is_shared_pointer();

@@ -294,6 +294,7 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
         ("Unregistered", "only_in_ceid") => Ty::std("ceid_core::OnlyInCeid", vec![set]),
+        ("OnlyInCeid", "filter") => Ty::Ref(false, Box::new(set)),
         ("Adapted", "feed" | "last_output") => option(arg(params, 2)),
         ("Tick", "then" | "each" | "every") => receiver.clone(),
         ("Tick", "done") => Ty::unit(),

@@ -160,7 +160,7 @@ impl Builder<'_> {
                 (Some("Vec" | "ArrayVec" | "SmallVec"), Some(inner)) => {
                     self.filters_in(place.element(IndexKey::Each), inner, depth + 1, found);
                 }
-                (Some("Box" | "Option"), Some(inner)) => self.filters_in(place, inner, depth + 1, found),
+                (Some("Box" | "Option" | "OnlyInCeid"), Some(inner)) => self.filters_in(place, inner, depth + 1, found),
                 _ => found.push(place),
             },
             Ty::Adt(..) => {
@@ -337,6 +337,13 @@ impl Builder<'_> {
             ("filters", []) if self.is_ceid(&ty, "Cyclic") => {
                 let value = self.expr(receiver);
                 let place = value.place.map(|driver| driver.field("filters"));
+                Some(Value { place, ..Value::default() })
+            }
+            ("filter", []) if self.is_ceid(&ty, "OnlyInCeid") => {
+                let place = self.expr(receiver).place;
+                if let Some(place) = place.clone() {
+                    self.emit(Effect::Use { place }, self.span(id));
+                }
                 Some(Value { place, ..Value::default() })
             }
             ("run", [arg]) if self.is_ceid(&ty, "Cyclic") => {
