@@ -264,7 +264,8 @@ impl Builder<'_> {
                 ExprKind::MethodCall { receiver, method, args, .. }
                     if matches!(
                         (method.as_str(), args.len()),
-                        ("get" | "unwrap" | "lock" | "write" | "borrow_mut", 0) | ("get_or_init" | "expect", 1)
+                        ("get" | "get_mut" | "unwrap" | "lock" | "write" | "borrow_mut", 0)
+                            | ("get_or_init" | "expect" | "unwrap_or_else", 1)
                     ) =>
                 {
                     *receiver
