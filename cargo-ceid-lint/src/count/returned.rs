@@ -1,6 +1,6 @@
 //! Bits of what a function gives back on a way: see [`super::outcome::Outcome`].
 
-use crate::flow::{MAX_VARIANTS, OTHER_HEADS, Program, Subject, VariantNumbers, has_one_answer};
+use crate::flow::{MAX_VARIANTS, OTHER_HEADS, Program, Subject, VariantNumbers, has_one_answer, small_number};
 use crate::index::{FunctionId, Ty};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
@@ -33,9 +33,11 @@ pub(super) fn of_mask(variants: &VariantNumbers, subject: &Subject, mask: u32) -
     listed.fold(others, |heads, (_, head)| heads | bit(variants, head))
 }
 
-/// The bits of the heads that a subject does not list.
+/// The bits of the heads that a subject does not list. Small numbers share theirs with nothing that a number may be.
 pub(super) fn of_others(variants: &VariantNumbers, subject: &Subject) -> Heads {
-    subject.heads.iter().fold(ANY, |heads, head| heads & !bit(variants, head)) | OTHER
+    let others = subject.heads.iter().fold(ANY, |heads, head| heads & !bit(variants, head));
+    let are_numbers = !subject.heads.is_empty() && subject.heads.iter().all(|head| small_number(head).is_some());
+    if are_numbers { others } else { others | OTHER }
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on

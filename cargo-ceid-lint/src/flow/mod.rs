@@ -40,7 +40,7 @@ pub use lower::{
 };
 pub use mark::{Mark, in_words};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
-pub use program::{Inferred, MAX_VARIANTS, Program, VariantNumbers};
+pub use program::{Inferred, MAX_VARIANTS, Program, VariantNumbers, small_number};
 pub use sizes::{AskedLength, LengthBound, Resized};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};

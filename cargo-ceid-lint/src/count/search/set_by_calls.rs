@@ -8,8 +8,10 @@ use super::{Search, State};
 use crate::count::counts::Count;
 use crate::count::given::{Given, place_of};
 use crate::count::instances::place_ty;
-use crate::flow::{CallSite, Effect, Head, NodeId, Place, Test, Var};
-use crate::index::{Shape, Ty};
+use crate::count::returned;
+use crate::flow::{CallSite, Effect, Head, NodeId, Place, Test, Var, small_number};
+use crate::index::{FunctionId, Shape, Ty};
+use crate::source::Span;
 
 impl Search<'_> {
     /// Whether a way comes to its second update only where a truth value is not what the call with the first one sets it to:
@@ -20,6 +22,7 @@ impl Search<'_> {
         let states: Vec<&State> = path.iter().map(|at| &exploration.states[*at]).chain([&end.state]).collect();
         let mut flags: Vec<(Place, Vec<Head>)> = Vec::new();
         let mut given: Vec<Var> = Vec::new();
+        let mut number: Option<(Var, Span)> = None;
         let mut asked: Vec<NodeId> = Vec::new();
         let mut turned: Vec<Place> = Vec::new();
         for (state, next) in states.iter().zip(states.iter().skip(1)) {
@@ -31,6 +34,10 @@ impl Search<'_> {
                 Effect::Call(site) if state.count == Count::Zero && next.count == Count::One => {
                     flags = self.flags_of(site);
                     given = self.parts_given(site);
+                    number = self
+                        .number_given(site)
+                        .filter(|_| may_skip(exploration, state.node))
+                        .map(|var| (var, node.span));
                     turned = self.turned_unknown_by(site);
                 }
                 Effect::Call(site)
@@ -39,7 +46,8 @@ impl Search<'_> {
                     return true;
                 }
                 Effect::Branch(test) if state.count == Count::One => {
-                    asked.extend(self.asks_truth_of(&given, test).then_some(state.node));
+                    let is_asked = self.asks_truth_of(&given, test) || self.asks_number(number, test);
+                    asked.extend(is_asked.then_some(state.node));
                     let Some(id) = test.subject else { continue };
                     let (subject, reads) = (&self.graph.subjects[id.0 as usize], self.read_by(id));
                     let taken = if node.next.first() == Some(&next.node) { test.holds } else { test.fails };
@@ -71,6 +79,28 @@ impl Search<'_> {
         };
         let all = site.into.iter().copied().chain([site.result]);
         all.filter(|_| has_parts).collect()
+    }
+
+    /// The variable into which a call gives one of some numbers that are spelled out: `-1` where it has not updated, and `0` where it has.
+    fn number_given(&self, site: &CallSite) -> Option<Var> {
+        let is_number = *self.graph.var(site.result).ty.peel() == Ty::Int;
+        let heads = |target: &FunctionId| self.summaries.get(*target).map_or(returned::ANY, |summary| summary.heads);
+        let are_told = || !site.targets.is_empty() && site.targets.iter().all(|target| heads(target) != returned::ANY);
+        (is_number && are_told()).then_some(site.result)
+    }
+
+    /// Whether a condition asks for such a number otherwise than whether it is a small one: `step(&mut pid) < 0`.
+    fn asks_number(&self, number: Option<(Var, Span)>, test: &Test) -> bool {
+        let Some((number, given_at)) = number else { return false };
+        let subject = test.subject.map(|id| &self.graph.subjects[id.0 as usize]);
+        let is_it = |place: &Place| {
+            place.base_var().is_some_and(|var| var == number || self.aliases.is_derived(var, &[number]))
+        };
+        let is_followed = subject.is_some_and(|subject| {
+            subject.whole.as_ref().is_some_and(is_it) && subject.heads.iter().all(|head| small_number(head).is_some())
+        });
+        let mut reads = test.about.reads.iter().chain(subject.into_iter().flat_map(|subject| &subject.reads));
+        !is_followed && (reads.any(is_it) || test.span != given_at && test.span.contains(given_at))
     }
 
     /// Whether a condition asks one of some variables for a truth value in it, or whether something is there.
@@ -110,4 +140,12 @@ impl Search<'_> {
         }
         found
     }
+}
+
+/// Whether a call may come back without an update.
+fn may_skip(exploration: &Exploration, call: NodeId) -> bool {
+    let states = &exploration.states;
+    let is_before = |at: usize| states[at].node == call && states[at].count == Count::Zero;
+    let mut skipping = (0..states.len()).filter(|at| states[*at].count == Count::Zero);
+    skipping.any(|at| exploration.parent(at).is_some_and(is_before))
 }

@@ -1,7 +1,7 @@
 //! Ways out: the ends of blocks, `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Value};
-use crate::flow::{About, Cause, Effect, GuardId, Mark, NodeId, Returned, Var};
+use crate::flow::{About, Cause, Effect, GuardId, Head, Mark, NodeId, Place, Returned, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId, OpaqueMacro, WayOut};
@@ -224,14 +224,23 @@ impl Builder<'_> {
             if let Some(var) = value.same_as {
                 let total = self.total_heads(&self.graph.var(var).ty.clone());
                 let subject = self.subject(self.pure_var(var), total.clone());
-                for head in total.iter().flatten() {
-                    self.head_bit(subject, head);
+                for head in total.unwrap_or_else(|| self.numbers_given(var)) {
+                    self.head_bit(subject, &head);
                 }
             }
             let returned = Returned { place: value.place, head: value.head, same_as: value.same_as };
             self.emit(Effect::Return(returned), span);
         }
         self.at = None;
+    }
+
+    /// The numbers that a variable is given one by one.
+    fn numbers_given(&self, var: Var) -> Vec<Head> {
+        let given = self.graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.place == Place::var(var) => set.head.clone(),
+            _ => None,
+        });
+        given.filter(|head| head.parse::<i64>().is_ok()).collect()
     }
 
     /// `expr?`

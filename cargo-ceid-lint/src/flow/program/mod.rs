@@ -14,7 +14,7 @@ use crate::syntax::{CycleDirective, Directives};
 use crate::types::{Resolved, TypedBody};
 
 pub(super) use endless::is_exit;
-pub use variants::{MAX_VARIANTS, VariantNumbers};
+pub use variants::{MAX_VARIANTS, VariantNumbers, small_number};
 
 /// What the lowering may ask.
 #[derive(Clone, Copy, Debug)]

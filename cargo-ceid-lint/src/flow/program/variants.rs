@@ -7,6 +7,15 @@ use crate::index::Index;
 /// How many variants of one enum are told apart.
 pub const MAX_VARIANTS: u32 = 60;
 
+/// Whole numbers that are less than this have a number of their own.
+const MAX_SMALL: u32 = 30;
+
+/// A whole number by its spelling, if no other number and no name shares what tells it apart.
+#[must_use]
+pub fn small_number(name: &str) -> Option<u32> {
+    name.parse().ok().filter(|number| *number < MAX_SMALL)
+}
+
 /// The numbers of names of variants, each less than [`MAX_VARIANTS`].
 #[derive(Debug, Default)]
 pub struct VariantNumbers {
@@ -38,11 +47,13 @@ impl VariantNumbers {
         Self { of }
     }
 
-    /// The number of a name; names of no variant, and of enums with very many of them, may share theirs with any other.
+    /// The number of a name, or of a whole number that is spelled out; larger ones, names of no variant, and of enums with very many of
+    /// them, may share theirs with any other, but with no small number.
     #[must_use]
     pub fn number(&self, name: &str) -> u32 {
-        self.of.get(name).copied().unwrap_or_else(|| {
-            name.bytes().fold(0u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(16_777_619)) % MAX_VARIANTS
+        self.of.get(name).copied().or_else(|| small_number(name)).unwrap_or_else(|| {
+            let hash = name.bytes().fold(0u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(16_777_619));
+            MAX_SMALL + hash % (MAX_VARIANTS - MAX_SMALL)
         })
     }
 }
