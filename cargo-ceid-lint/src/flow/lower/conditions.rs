@@ -295,7 +295,10 @@ impl Builder<'_> {
         if let Some((op, [lhs, rhs])) = self.compared_order(op, [lhs, rhs]) {
             return self.comparison(id, op, lhs, rhs, no);
         }
-        if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
+        if self.truth_compared(id, op, lhs, rhs, no)
+            || self.bit_asked(id, op, [lhs, rhs], no)
+            || self.counters_compared(id, op, [lhs, rhs], no)
+        {
             return;
         }
         let span = self.span(id);
