@@ -2,11 +2,12 @@
 
 use super::analyse::CycleId;
 use super::counts::Count;
-use super::decide::{Decision, kept_elsewhere};
+use super::decide::{Decision, head_of, kept_elsewhere};
 use super::declared::declared_ty;
+use super::gates::Gates;
 use super::given::GivenBase;
 use super::laws::law_name;
-use super::search::{End, EndKind, Region, Search};
+use super::search::{End, EndKind, Exploration, Region, Search};
 use super::stand_ins;
 use super::taken_out;
 use super::verdict::{Gate, Pair, Verdict};
@@ -74,6 +75,32 @@ pub(super) fn without_those_of_others(
         }
     }
     decided
+}
+
+/// What no way of a cycle updates: missed, if it is not switched off.
+pub(super) fn missed_or_off(
+    search: &Search<'_>,
+    region: Region,
+    exploration: &Exploration,
+    completing: &[&End],
+    base: Decision,
+) -> Decision {
+    if is_switched_off(search, region, exploration, completing) {
+        return Decision { verdict: Verdict::Gated, gate: Some(Gate::Config), ..base };
+    }
+    missed(search, region, head_of(search, region), base)
+}
+
+/// Whether an element of its own name is updated where a constant or a written row of a table says that it is not to be.
+fn is_switched_off(search: &Search<'_>, region: Region, exploration: &Exploration, completing: &[&End]) -> bool {
+    let names_it = |id: NodeId| match &search.graph.node(id).effect {
+        Effect::Update(update) => search.aliases.shared_roots(&update.place).contains(search.instance),
+        Effect::Call(_) => true,
+        _ => false,
+    };
+    let gates = Gates::new(search, region);
+    search.updating().into_iter().any(names_it)
+        && completing.iter().all(|end| gates.of_end(exploration, end) == Some(Gate::Config))
 }
 
 /// Where the law runs and what it gives back is dropped, what is missed is that.

@@ -3,7 +3,7 @@
 use super::counts::Count;
 use super::decide::changes;
 use super::search::{End, Exploration, Search};
-use crate::flow::{Effect, IndexKey, LoopId, NodeId, Place, Projection, Test};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Projection, Test};
 
 /// Why an element is updated in a round: the answers to what was asked of it, and whether the loop itself leaves some out.
 struct Picked<'a> {
@@ -56,6 +56,22 @@ pub(super) fn are_chosen_by_rows(search: &Search<'_>, exploration: &Exploration,
         tables.any(|table| asks_row(*node, table))
     };
     updates.len() > 1 && updates.iter().skip(1).all(is_chosen)
+}
+
+/// Why it is not certain that a way with several updates is there, where each of them is for some of the elements or rows of its loop.
+pub(super) fn doubt_of_several(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Cause> {
+    if end.state.count != Count::Many {
+        return None;
+    }
+    if are_picked_apart(search, exploration, end) {
+        return Some(Cause::Index(search.graph.place_name(search.program.index, search.instance)));
+    }
+    are_chosen_by_rows(search, exploration, end).then(rows_not_followed)
+}
+
+/// What is said where the rows of a table are not followed.
+pub(super) fn rows_not_followed() -> Cause {
+    Cause::Limit("which rows of a table lead to the update is not followed".to_owned())
 }
 
 /// How the element was picked that a state updates; `None` if all are updated there.

@@ -4,7 +4,7 @@ use super::orders::{ORDERS, orders_asked};
 use super::subjects::Pure;
 use super::values::Join;
 use super::{Builder, Value};
-use crate::flow::{About, Head, NodeId};
+use crate::flow::{About, Head, NodeId, Place};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::Callee;
@@ -213,7 +213,10 @@ impl Builder<'_> {
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let (yes, failed) = match pure {
             Some(pure) => {
-                let about = About { is_constant: pure.reads.is_empty(), ..about };
+                // A row of a table that is written out says the same for ever.
+                let of_row = pure.whole.as_ref().filter(|whole| whole.steps.is_empty()).and_then(Place::base_var);
+                let is_written = of_row.is_some_and(|var| self.graph.written_rows.contains(&var));
+                let about = About { is_constant: about.is_constant || is_written || pure.reads.is_empty(), ..about };
                 let id = self.subject(pure, total.clone());
                 for head in total.iter().flatten() {
                     self.head_bit(id, head);
