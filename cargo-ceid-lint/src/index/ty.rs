@@ -389,11 +389,15 @@ impl Index {
     /// The truth value of a constant whose value is a literal.
     #[must_use]
     pub fn const_truth(&self, id: ValueId) -> Option<bool> {
-        use crate::syntax::tree::{ExprKind, Literal};
+        use crate::syntax::tree::{BuildFlag, ExprKind, Literal, MacroKind};
         let item = &self.value(id).item;
         let body = item.value.as_ref().filter(|_| !item.is_static)?;
         match &body.expr(body.root).kind {
             ExprKind::Literal(Literal::Bool(value)) => Some(*value),
+            ExprKind::Macro(call) => match call.kind {
+                MacroKind::Build(BuildFlag::Known(value)) => Some(value),
+                _ => None,
+            },
             _ => None,
         }
     }

@@ -6,7 +6,7 @@ use super::values::Join;
 use super::{Builder, Value};
 use crate::flow::{About, Head, NodeId, Place};
 use crate::index::Ty;
-use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
 use crate::types::Callee;
 
 /// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
@@ -123,6 +123,11 @@ impl Builder<'_> {
                 let text = Some(self.text(id)).filter(|text| text.contains("debug_assertions"));
                 let text = text.unwrap_or_else(|| "cfg!(debug_assertions)".to_owned());
                 let (holds, failed) = self.debug_branch(self.span(id), text);
+                self.link(failed, no);
+                self.resume(holds);
+            }
+            ExprKind::Macro(call) if let MacroKind::Build(flag) = &call.kind => {
+                let (holds, failed) = self.branch_on_build(flag, self.span(id), self.text(id));
                 self.link(failed, no);
                 self.resume(holds);
             }

@@ -374,6 +374,15 @@ pub struct MacroExpr {
     pub kind: MacroKind,
 }
 
+/// What `cfg!` gives in the build that is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BuildFlag {
+    /// The chosen target and features tell.
+    Known(bool),
+    /// It depends on a flag that is not known.
+    Unknown(CfgKey),
+}
+
 /// How a known macro runs its operands.
 #[derive(Clone, Debug)]
 pub enum MacroKind {
@@ -392,6 +401,8 @@ pub enum MacroKind {
     Logging(Vec<ExprId>),
     /// `cfg!(debug_assertions)`: holds in debug builds only.
     DebugBuild,
+    /// `cfg!` of anything else: the same for as long as the build runs.
+    Build(BuildFlag),
     /// `return Err(…)` after the operands: `bail!`, `anyhow::bail!`.
     ReturnsErr(Vec<ExprId>),
     /// `ensure!(condition, message…)`: a path on which it does not hold returns an error.
