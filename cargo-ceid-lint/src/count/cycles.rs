@@ -432,7 +432,7 @@ pub(super) fn named(places: &[Place]) -> Vec<&Place> {
 }
 
 /// Whether an update stands behind the question which round of a loop it is, and one round alone leads to it: `if channel == 0`.
-fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+pub(super) fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let info = graph.loop_info(id);
     let Some((counter, first)) = info.counter else { return false };
     let number = |head: &String| head.parse::<u64>().ok();

@@ -8,7 +8,7 @@ use super::instances;
 use super::missed::{missed, missed_or_off};
 use super::oversampled::runs_by_samples;
 use super::own_cycles;
-use super::picked::{are_chosen_by_rows, are_picked_apart, rows_not_followed};
+use super::picked::{are_chosen_by_rows, may_be_apart, rows_not_followed};
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
@@ -238,7 +238,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         }
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
         let (apart, existing): (Vec<&End>, Vec<&End>) =
-            certain.into_iter().filter(exists).partition(|end| are_picked_apart(search, &exploration, end));
+            certain.into_iter().filter(exists).partition(|end| may_be_apart(search, &exploration, end));
         let (by_rows, existing): (Vec<&End>, Vec<&End>) =
             existing.into_iter().partition(|end| are_chosen_by_rows(search, &exploration, end));
         if existing.is_empty() && !by_rows.is_empty() {

@@ -1,9 +1,10 @@
 //! Loops over the same elements that each pick some of them: whether one of them is picked twice is not known.
 
 use super::counts::Count;
+use super::cycles::picks_round;
 use super::decide::changes;
 use super::search::{End, Exploration, Search};
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Projection, Test};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Projection, Test, Var};
 
 /// Why an element is updated in a round: the answers to what was asked of it, and whether the loop itself leaves some out.
 struct Picked<'a> {
@@ -21,7 +22,7 @@ fn updates(exploration: &Exploration, end: &End) -> Vec<usize> {
 
 /// Whether each update of a way stands in another loop over the elements, and is for some of these only:
 /// `for m in motors.iter_mut().filter(|m| m.is_left()) { … } for m in motors.iter_mut().filter(|m| !m.is_left()) { … }`.
-pub(super) fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
     let updates = updates(exploration, end);
     let picked: Option<Vec<Picked<'_>>> = updates.iter().map(|at| picked(search, exploration, *at)).collect();
     let Some(picked) = picked.filter(|picked| picked.len() > 1) else { return false };
@@ -63,10 +64,42 @@ pub(super) fn doubt_of_several(search: &Search<'_>, exploration: &Exploration, e
     if end.state.count != Count::Many {
         return None;
     }
-    if are_picked_apart(search, exploration, end) {
+    if may_be_apart(search, exploration, end) {
         return Some(Cause::Index(search.graph.place_name(search.program.index, search.instance)));
     }
     are_chosen_by_rows(search, exploration, end).then(rows_not_followed)
+}
+
+/// Whether each update of a way behind the first one is for the element that an inner loop comes to in one of its rounds, which the
+/// counter of a loop further out chooses: `for i in 1..5 { for j in 0..4 { if i == j + 1 { bank.get_mut(j) … } } }`. Each round of the
+/// outer loop may choose another element.
+fn are_chosen_by_rounds(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let graph = search.graph;
+    let updates: Vec<NodeId> = updates(exploration, end).into_iter().map(|at| exploration.states[at].node).collect();
+    let counter = |id: LoopId| graph.loop_info(id).counter.map(|(counter, _)| counter);
+    let asks = |node: NodeId, counter: Var| {
+        search.branches_before([node]).into_iter().any(|branch| match &graph.node(branch).effect {
+            Effect::Branch(test) => {
+                let mut reads = test.about.reads.iter().filter_map(Place::base_var);
+                reads.any(|var| search.aliases.is_derived(var, &[counter]))
+            }
+            _ => false,
+        })
+    };
+    let is_chosen = |node: &NodeId| {
+        let around: Vec<LoopId> = graph.loops_around(*node).collect();
+        around.iter().enumerate().any(|(at, inner)| {
+            search.covers(*inner)
+                && picks_round(graph, search, *node, *inner)
+                && around[at + 1..].iter().filter_map(|outer| counter(*outer)).any(|outer| asks(*node, outer))
+        })
+    };
+    updates.len() > 1 && updates.iter().skip(1).all(is_chosen)
+}
+
+/// Whether the updates of a way may be for an element each.
+pub(super) fn may_be_apart(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    are_picked_apart(search, exploration, end) || are_chosen_by_rounds(search, exploration, end)
 }
 
 /// What is said where the rows of a table are not followed.

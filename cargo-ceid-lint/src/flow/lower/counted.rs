@@ -18,7 +18,8 @@ impl Builder<'_> {
         let counter = self.counter_in(lhs).or_else(|| self.counter_in(rhs))?;
         let mut heads = Vec::new();
         for number in self.counted_numbers(counter)? {
-            let (left, right) = (self.number_with(lhs, counter, number)?, self.number_with(rhs, counter, number)?);
+            let (left, right) =
+                (self.number_with(lhs, &[(counter, number)])?, self.number_with(rhs, &[(counter, number)])?);
             heads.extend(compares(op, left, right)?.then(|| number.to_string()));
         }
         Some((counter, heads))
@@ -27,26 +28,31 @@ impl Builder<'_> {
     /// A comparison of the counters of two loops whose rounds are known: which pairs of their numbers it holds for is asked one number
     /// after the other, `for i in 0..3 { for j in 0..3 { if i == j { … } } }`. Answers whether it is one.
     pub(super) fn counters_compared(&mut self, id: ExprId, op: &str, [lhs, rhs]: [ExprId; 2], no: NodeId) -> bool {
-        let (Some(left), Some(right)) = (self.counter_in(lhs), self.counter_in(rhs)) else { return false };
-        let (Some(lefts), Some(rights)) = (self.counted_numbers(left), self.counted_numbers(right)) else {
+        if let Some(parts) = self.compared_in_parts(op, lhs, rhs) {
+            for (lhs, rhs) in parts {
+                self.comparison(id, op, lhs, rhs, no);
+            }
+            return true;
+        }
+        let mut counters = Vec::new();
+        self.counters_in(lhs, &mut counters);
+        self.counters_in(rhs, &mut counters);
+        // What is asked last tells which round of the inner loop it is.
+        counters.sort_by_key(|counter| self.depth_of_counter(*counter));
+        counters.dedup();
+        let [outer, inner] = *counters.as_slice() else { return false };
+        let (Some(outers), Some(inners)) = (self.counted_numbers(outer), self.counted_numbers(inner)) else {
             return false;
         };
-        if left == right {
-            return false;
-        }
-        // What is asked last tells which round of the inner loop it is.
-        let is_turned = self.depth_of_counter(left) > self.depth_of_counter(right);
-        let (outer, outers, inners) = if is_turned { (right, rights, lefts) } else { (left, lefts, rights) };
-        let inner = if is_turned { left } else { right };
         // The numbers of the outer counter that have the same of the inner one.
         let mut asked: Vec<(Vec<Head>, Vec<Head>)> = Vec::new();
         for own in outers {
             let mut heads = Vec::new();
             for other in &inners {
-                let (one, two) = if is_turned { (*other, own) } else { (own, *other) };
-                let sides = (self.number_with(lhs, left, one), self.number_with(rhs, right, two));
-                let (Some(one), Some(two)) = sides else { return false };
-                let Some(holds) = compares(op, one, two) else { return false };
+                let numbers = [(outer, own), (inner, *other)];
+                let sides = (self.number_with(lhs, &numbers), self.number_with(rhs, &numbers));
+                let (Some(left), Some(right)) = sides else { return false };
+                let Some(holds) = compares(op, left, right) else { return false };
                 heads.extend(holds.then(|| other.to_string()));
             }
             match asked.iter_mut().find(|(_, known)| *known == heads) {
@@ -86,6 +92,17 @@ impl Builder<'_> {
     fn depth_of_counter(&self, counter: Var) -> Option<usize> {
         let is_own = |id: &LoopId| self.graph.loop_info(*id).counter.is_some_and(|(own, _)| own == counter);
         self.loops.iter().position(is_own)
+    }
+
+    /// What is compared part by part: `(row, column) == (0, 2)`.
+    fn compared_in_parts(&self, op: &str, lhs: ExprId, rhs: ExprId) -> Option<Vec<(ExprId, ExprId)>> {
+        let body = self.body();
+        let (ExprKind::Tuple(left), ExprKind::Tuple(right)) = (&body.expr(lhs).kind, &body.expr(rhs).kind) else {
+            return None;
+        };
+        let counts = left.iter().chain(right).any(|part| self.counter_in(*part).is_some());
+        (op == "==" && counts && left.len() == right.len())
+            .then(|| left.iter().copied().zip(right.iter().copied()).collect())
     }
 
     /// The numbers that a counter has in the rounds of its loop, if they are known and few.
@@ -187,34 +204,40 @@ impl Builder<'_> {
         };
     }
 
-    /// The counter of a loop around that an expression names.
+    /// The first counter of a loop around that an expression names.
     fn counter_in(&self, id: ExprId) -> Option<Var> {
+        let mut found = Vec::new();
+        self.counters_in(id, &mut found);
+        found.first().copied()
+    }
+
+    fn counters_in(&self, id: ExprId, found: &mut Vec<Var>) {
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::Path(_) => {
-                let local = self.typed().expr_local.get(&id)?;
-                let var = self.number_behind(*self.frames[self.frame].vars.get(local)?);
-                let counts = |info: &crate::flow::LoopInfo| info.counter.is_some_and(|(counter, _)| counter == var);
-                self.loops.iter().any(|id| counts(self.graph.loop_info(*id))).then_some(var)
+                let local = self.typed().expr_local.get(&id);
+                let var = local.and_then(|local| self.frames[self.frame].vars.get(local));
+                let var = var.map(|var| self.number_behind(*var));
+                found.extend(var.filter(|var| self.depth_of_counter(*var).is_some()));
             }
-            ExprKind::Binary { lhs, rhs, .. } => self.counter_in(*lhs).or_else(|| self.counter_in(*rhs)),
-            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.counter_in(*value),
-            _ => None,
+            ExprKind::Binary { lhs, rhs, .. } => {
+                self.counters_in(*lhs, found);
+                self.counters_in(*rhs, found);
+            }
+            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.counters_in(*value, found),
+            _ => {}
         }
     }
 
-    /// The whole number that an expression is in the round in which a counter has that number.
-    fn number_with(&mut self, id: ExprId, counter: Var, number: u64) -> Option<u64> {
-        if self.counter_in(id) != Some(counter) {
-            return self.number(id);
-        }
+    /// The whole number that an expression is in the round in which counters have these numbers.
+    fn number_with(&mut self, id: ExprId, numbers: &[(Var, u64)]) -> Option<u64> {
+        let Some(counter) = self.counter_in(id) else { return self.number(id) };
         let body = self.body();
         match &body.expr(id).kind {
-            ExprKind::Path(_) => Some(number),
-            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.number_with(*value, counter, number),
+            ExprKind::Path(_) => numbers.iter().find(|(own, _)| *own == counter).map(|(_, number)| *number),
+            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.number_with(*value, numbers),
             ExprKind::Binary { op, lhs, rhs } => {
-                let (left, right) =
-                    (self.number_with(*lhs, counter, number)?, self.number_with(*rhs, counter, number)?);
+                let (left, right) = (self.number_with(*lhs, numbers)?, self.number_with(*rhs, numbers)?);
                 match *op {
                     "+" => left.checked_add(right),
                     "-" => left.checked_sub(right),
