@@ -112,7 +112,7 @@ pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decis
 }
 
 pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
-    let kept = || kept_elsewhere(search).cloned();
+    let kept = || kept_elsewhere(search).cloned().or_else(|| named_again(search));
     if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)).or_else(kept) {
         return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
     }
@@ -124,6 +124,14 @@ pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Deci
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
     let witness = [begins].into_iter().chain(unrun(search, region)).chain(copied(search, region)).collect();
     Decision { verdict: Verdict::Missed, witness, primary: Some(head), ..base }
+}
+
+/// Why a closure that nothing is seen to run may run all the same: its variable is named where that is not followed.
+fn named_again(search: &Search<'_>) -> Option<Cause> {
+    let is_it = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    let mut unrun = search.graph.unrun.iter().filter(|unrun| unrun.is_named_again);
+    let is_lent = unrun.any(|unrun| unrun.places.iter().any(is_it));
+    is_lent.then(|| Cause::Code("a closure that goes on under another name".to_owned()))
 }
 
 /// The code in a region that would have to do with the instance and that nothing runs.

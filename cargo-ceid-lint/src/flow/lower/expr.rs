@@ -175,7 +175,9 @@ impl Builder<'_> {
                     }
                     return Value::default();
                 }
-                let closure = value.closure.filter(|closure| self.is_of_future(*closure));
+                // `Box::new(|x| f.update(x)) as Box<dyn FnMut(f64)>` is that closure.
+                let is_called = self.ty(id).called_as().is_some();
+                let closure = value.closure.filter(|closure| is_called || self.is_of_future(*closure));
                 Value { closure, iterator: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),
