@@ -46,7 +46,22 @@ impl Builder<'_> {
         self.resume_if_reached(no);
         let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();
         self.end_branch_of(&join, &value, otherwise, otherwise.map_or(span, |otherwise| self.span(otherwise)));
-        self.close_join(&join)
+        let value = self.close_join(&join);
+        let number = self.taken_by_build(condition, then, otherwise).and_then(|taken| self.number(taken));
+        Value { head: number.map(|number| number.to_string()).or(value.head), ..value }
+    }
+
+    /// What a branch gives that the build chooses: `if cfg!(feature = "fine") { 4 } else { 1 }`.
+    fn taken_by_build(&self, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Option<ExprId> {
+        let body = self.body();
+        let answer = match &body.expr(condition).kind {
+            ExprKind::Macro(call) => call.kind.built()?,
+            _ => return None,
+        };
+        match &body.expr(if answer { then } else { otherwise? }).kind {
+            ExprKind::Block(block) if block.stmts.is_empty() => block.tail,
+            _ => None,
+        }
     }
 
     /// Goes on from a node if something leads to it.
@@ -203,6 +218,7 @@ impl Builder<'_> {
             None => (self.pure(id), "true"),
         };
         let about = About { rest: self.answer_at_rest(id), stands_in: self.stands_in(id), ..self.about(id) };
+        let about = About { stands_in: about.stands_in && !about.is_constant, ..about };
         let value = match &self.body().expr(id).kind {
             // What is a condition as a value is not asked for twice.
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),

@@ -5,7 +5,7 @@ use super::numbers::limit_of_type;
 use super::subjects::external_head;
 use crate::flow::{Head, Place, Program};
 use crate::index::{BodyOwner, Def, FunctionId, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
-use crate::syntax::tree::{Body, BuildFlag, ExprId, ExprKind, Literal, MacroKind, Path, StmtKind, TypeRef};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind, Path, StmtKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
 /// A number, or a time in seconds.
@@ -99,10 +99,7 @@ impl Constants<'_> {
     fn head_at(self, id: ExprId, depth: u32) -> Option<Head> {
         match &self.body.expr(id).kind {
             ExprKind::Literal(literal) => Some(literal.spelling()),
-            ExprKind::Macro(call) => match call.kind {
-                MacroKind::Build(BuildFlag::Known(answer)) => Some(answer.to_string()),
-                _ => None,
-            },
+            ExprKind::Macro(call) => call.kind.built().map(|answer| answer.to_string()),
             ExprKind::Negate(inner) => match &self.body.expr(*inner).kind {
                 ExprKind::Literal(literal) => Some(format!("-{}", literal.spelling())),
                 _ => Some(self.whole_number(id)?.to_string()),
@@ -251,8 +248,9 @@ impl Constants<'_> {
                 _ => false,
             },
             // What gives a number or a text may stand in for a device.
-            ExprKind::Call { args, .. } if args.is_empty() && *self.typed.ty(id) == Ty::Bool => {
-                match self.typed.callees.get(&id) {
+            ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => {
+                let is_question = args.is_empty() && *self.typed.ty(id) == Ty::Bool;
+                match self.typed.callees.get(&id).filter(|_| is_question) {
                     Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
                         [target] => self.gives_build(*target, depth),
                         _ => false,

@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::flow::{Cause, CycleKind, Effect, Place, Rounds};
-use crate::syntax::tree::{BuildFlag, ExprId, MacroExpr, MacroKind, PatId, SelectArm};
+use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
 
 impl Builder<'_> {
     pub(super) fn macro_expr(&mut self, id: ExprId, macro_expr: &MacroExpr) -> Value {
@@ -54,12 +54,8 @@ impl Builder<'_> {
             }
             // What is shipped does not hold it.
             MacroKind::DebugBuild => Value { head: Some("false".to_owned()), ..Value::default() },
-            MacroKind::Build(flag) => {
-                let head = match flag {
-                    BuildFlag::Known(answer) => Some(answer.to_string()),
-                    BuildFlag::Unknown(_) => None,
-                };
-                Value { head, ..Value::default() }
+            MacroKind::Build(_) => {
+                Value { head: macro_expr.kind.built().map(|answer| answer.to_string()), ..Value::default() }
             }
             MacroKind::ReturnsErr(operands) => {
                 for operand in operands {

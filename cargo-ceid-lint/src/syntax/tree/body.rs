@@ -1,6 +1,6 @@
 //! Code: expressions and patterns of one body, in an arena.
 
-use super::{CfgKey, Item, Literal, OpaqueMacro, Path, TypeRef};
+use super::{BuildFlag, CfgKey, Item, Literal, OpaqueMacro, Path, TypeRef};
 use crate::source::Span;
 
 /// An expression of a [`Body`].
@@ -372,15 +372,6 @@ pub struct MacroExpr {
     pub path: String,
     /// How it runs its operands.
     pub kind: MacroKind,
-}
-
-/// What `cfg!` gives in the build that is judged.
-#[derive(Clone, Debug, PartialEq)]
-pub enum BuildFlag {
-    /// The chosen target and features tell.
-    Known(bool),
-    /// It depends on a flag that is not known.
-    Unknown(CfgKey),
 }
 
 /// How a known macro runs its operands.
