@@ -8,7 +8,7 @@ use super::instances;
 use super::missed::{missed, missed_or_off};
 use super::oversampled::runs_by_samples;
 use super::own_cycles;
-use super::picked::{are_chosen_by_rows, may_be_apart, rows_not_followed};
+use super::picked::{may_be_apart, may_be_of_rows, rows_not_followed};
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
@@ -240,7 +240,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let (apart, existing): (Vec<&End>, Vec<&End>) =
             certain.into_iter().filter(exists).partition(|end| may_be_apart(search, &exploration, end));
         let (by_rows, existing): (Vec<&End>, Vec<&End>) =
-            existing.into_iter().partition(|end| are_chosen_by_rows(search, &exploration, end));
+            existing.into_iter().partition(|end| may_be_of_rows(search, &exploration, end));
         if existing.is_empty() && !by_rows.is_empty() {
             return Decision { verdict: Verdict::Unproved, cause: Some(rows_not_followed()), ..base };
         }
