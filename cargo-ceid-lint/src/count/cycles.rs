@@ -439,20 +439,25 @@ pub(super) fn named(places: &[Place]) -> Vec<&Place> {
 }
 
 /// Whether an update stands behind the question which round of a loop it is, and one round alone leads to it: `if channel == 0`.
-fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+pub(super) fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let info = graph.loop_info(id);
     let Some((counter, first)) = info.counter else { return false };
     let number = |head: &String| head.parse::<u64>().ok();
-    search.conditions_of(node).into_iter().any(|branch| match &graph.node(branch).effect {
+    let asked_last: BTreeSet<NodeId> = search.conditions_of(node).collect();
+    search.branches_before([node]).into_iter().any(|branch| match &graph.node(branch).effect {
         Effect::Branch(test) => test.subject.is_some_and(|subject| {
             let subject = &graph.subjects[subject.0 as usize];
             let whole = subject.whole.as_ref().and_then(Place::base_var);
             let asks_round = whole.is_some_and(|var| search.aliases.is_derived(var, &[counter]))
                 && subject.heads.iter().any(|head| number(head).is_some());
-            let leads = |edge: usize| {
+            let reaches = |edge: usize, again: bool| {
+                let follows = |from: NodeId, _: usize| again || from != branch;
                 let next = graph.node(branch).next.get(edge);
-                next.is_some_and(|next| search.reached_from(Region::Loop(id), *next, |_, _| true)[node.0 as usize])
+                next.is_some_and(|next| search.reached_from(Region::Loop(id), *next, follows)[node.0 as usize])
             };
+            let leads = |edge: usize| reaches(edge, true);
+            // In one round of this loop those inside it ask the same again, which is answered as before.
+            let leads_alone = |edge: usize| asked_last.contains(&branch) || !reaches(1 - edge, false);
             let numbers = |is_asked: bool, heads: u32| {
                 let asked = subject.heads.iter().filter(move |head| (heads & subject.bit(head) != 0) == is_asked);
                 asked.filter_map(number)
@@ -468,7 +473,7 @@ fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: 
             asks_round
                 && [(0, test.holds), (1, test.fails)]
                     .into_iter()
-                    .any(|(edge, heads)| is_one_round(heads) && leads(edge))
+                    .any(|(edge, heads)| is_one_round(heads) && leads(edge) && leads_alone(edge))
         }),
         _ => false,
     })

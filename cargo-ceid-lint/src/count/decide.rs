@@ -5,10 +5,10 @@ use super::entered;
 use super::functions::own_affair;
 use super::gates::Gates;
 use super::instances;
-use super::missed::missed;
+use super::missed::{missed, missed_or_off};
 use super::oversampled::runs_by_samples;
 use super::own_cycles;
-use super::picked::{are_chosen_by_rows, are_picked_apart};
+use super::picked::{may_be_apart, may_be_of_rows, rows_not_followed};
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
@@ -238,12 +238,11 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         }
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
         let (apart, existing): (Vec<&End>, Vec<&End>) =
-            certain.into_iter().filter(exists).partition(|end| are_picked_apart(search, &exploration, end));
+            certain.into_iter().filter(exists).partition(|end| may_be_apart(search, &exploration, end));
         let (by_rows, existing): (Vec<&End>, Vec<&End>) =
-            existing.into_iter().partition(|end| are_chosen_by_rows(search, &exploration, end));
+            existing.into_iter().partition(|end| may_be_of_rows(search, &exploration, end));
         if existing.is_empty() && !by_rows.is_empty() {
-            let cause = Cause::Limit("which rows of a table lead to the update is not followed".to_owned());
-            return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+            return Decision { verdict: Verdict::Unproved, cause: Some(rows_not_followed()), ..base };
         }
         let Some(end) = shortest(&exploration, existing.into_iter()) else {
             let name = || search.graph.place_name(search.program.index, search.instance);
@@ -280,7 +279,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);
     let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
     if is_untouched && (is_element || is_let_go(search)) && !completing.is_empty() {
-        return missed(search, region, head_of(search, region), base);
+        return missed_or_off(search, region, &exploration, &completing, base);
     }
     // Which element of a map is passed over depends on its key.
     if instances::is_in_map(search.program.index, search.graph, search.instance)

@@ -2,11 +2,12 @@
 
 use super::analyse::CycleId;
 use super::counts::Count;
-use super::decide::{Decision, kept_elsewhere};
+use super::decide::{Decision, head_of, kept_elsewhere};
 use super::declared::declared_ty;
+use super::gates::Gates;
 use super::given::GivenBase;
 use super::laws::law_name;
-use super::search::{End, EndKind, Region, Search};
+use super::search::{End, EndKind, Exploration, Region, Search};
 use super::stand_ins;
 use super::taken_out;
 use super::verdict::{Gate, Pair, Verdict};
@@ -76,6 +77,32 @@ pub(super) fn without_those_of_others(
     decided
 }
 
+/// What no way of a cycle updates: missed, if it is not switched off.
+pub(super) fn missed_or_off(
+    search: &Search<'_>,
+    region: Region,
+    exploration: &Exploration,
+    completing: &[&End],
+    base: Decision,
+) -> Decision {
+    if is_switched_off(search, region, exploration, completing) {
+        return Decision { verdict: Verdict::Gated, gate: Some(Gate::Config), ..base };
+    }
+    missed(search, region, head_of(search, region), base)
+}
+
+/// Whether an element of its own name is updated where a constant or a written row of a table says that it is not to be.
+fn is_switched_off(search: &Search<'_>, region: Region, exploration: &Exploration, completing: &[&End]) -> bool {
+    let names_it = |id: NodeId| match &search.graph.node(id).effect {
+        Effect::Update(update) => search.aliases.shared_roots(&update.place).contains(search.instance),
+        Effect::Call(_) => true,
+        _ => false,
+    };
+    let gates = Gates::new(search, region);
+    search.updating().into_iter().any(names_it)
+        && completing.iter().all(|end| gates.of_end(exploration, end) == Some(Gate::Config))
+}
+
 /// Where the law runs and what it gives back is dropped, what is missed is that.
 pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decision {
     let dropped = search.dropped().into_iter().next().map(|id| search.graph.node(id).span);
@@ -85,7 +112,7 @@ pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decis
 }
 
 pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
-    let kept = || kept_elsewhere(search).cloned();
+    let kept = || kept_elsewhere(search).cloned().or_else(|| named_again(search));
     if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)).or_else(kept) {
         return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
     }
@@ -97,6 +124,14 @@ pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Deci
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
     let witness = [begins].into_iter().chain(unrun(search, region)).chain(copied(search, region)).collect();
     Decision { verdict: Verdict::Missed, witness, primary: Some(head), ..base }
+}
+
+/// Why a closure that nothing is seen to run may run all the same: its variable is named where that is not followed.
+fn named_again(search: &Search<'_>) -> Option<Cause> {
+    let is_it = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    let mut unrun = search.graph.unrun.iter().filter(|unrun| unrun.is_named_again);
+    let is_lent = unrun.any(|unrun| unrun.places.iter().any(is_it));
+    is_lent.then(|| Cause::Code("a closure that goes on under another name".to_owned()))
 }
 
 /// The code in a region that would have to do with the instance and that nothing runs.

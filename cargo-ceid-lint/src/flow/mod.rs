@@ -20,6 +20,8 @@ mod test;
 mod unrun;
 mod waits;
 
+use std::collections::BTreeSet;
+
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 
@@ -80,6 +82,8 @@ pub struct ControlFlowGraph {
     pub loops: Vec<LoopInfo>,
     /// Loops whose rounds are written out one behind another: the keyword and the body of each.
     pub written_out: Vec<(Span, Span)>,
+    /// Variables that such a loop binds to what is written there.
+    pub written_rows: BTreeSet<Var>,
     /// Calls in the arguments of macros that write them more than once, with the names of the macros.
     pub written_again: Vec<(Span, String)>,
     /// Closures and futures that nothing runs.
@@ -95,15 +99,15 @@ pub struct ControlFlowGraph {
     /// Where the expression stands that variables were last computed from: what has the same came together.
     pub read_at: std::collections::BTreeMap<Var, Span>,
     /// The variables that hold what was taken out of something in the same iteration: `let packet = radio.wait();`
-    pub received: std::collections::BTreeSet<Var>,
+    pub received: BTreeSet<Var>,
     /// The variables that hold a remainder, and whether it is the low bits of a number: `let slot = n % 10;`
     pub remainders: std::collections::BTreeMap<Var, bool>,
     /// The variables that hold a constant for good: `let is_on = P::IS_ON;`
-    pub constants: std::collections::BTreeSet<Var>,
+    pub constants: BTreeSet<Var>,
     /// The variables that a closure or an arm was handed: nothing is built there.
-    pub handed: std::collections::BTreeSet<Var>,
+    pub handed: BTreeSet<Var>,
     /// The variables that are declared with what was taken out of something, or copied from it: it was built elsewhere.
-    pub taken: std::collections::BTreeSet<Var>,
+    pub taken: BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.
     pub copies: std::collections::BTreeMap<NodeId, Place>,
     /// What assignments do, by their nodes.
@@ -117,9 +121,9 @@ pub struct ControlFlowGraph {
     /// Handles that are duplicated.
     pub duplicated: Duplicated,
     /// The nodes at which what refers to filters refers to others from then on: `slot = Some(&mut lag)`.
-    pub pointed: std::collections::BTreeSet<NodeId>,
+    pub pointed: BTreeSet<NodeId>,
     /// Places with filters to which references were made.
-    pub lent_away: std::collections::BTreeSet<Place>,
+    pub lent_away: BTreeSet<Place>,
     /// What is known of cells.
     pub cells: Cells,
     /// Filters, and owners of filters, that are cloned somewhere.
@@ -127,9 +131,9 @@ pub struct ControlFlowGraph {
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
     pub lent: Vec<Place>,
     /// The values that something unseen gets for good, to do with them what their types offer, by the nodes where it does.
-    pub given_away: std::collections::BTreeSet<(NodeId, Place)>,
+    pub given_away: BTreeSet<(NodeId, Place)>,
     /// Elements of collections that a method takes out: `queue.pop()`.
-    pub taken_out: std::collections::BTreeSet<Place>,
+    pub taken_out: BTreeSet<Place>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.
@@ -147,7 +151,7 @@ pub struct ControlFlowGraph {
     /// What methods do to the lengths of the collections that they write.
     pub resized: std::collections::BTreeMap<NodeId, Resized>,
     /// Functions that are called without a call among the nodes: their bodies were read there, or run where a future is awaited.
-    pub read_here: std::collections::BTreeSet<FunctionId>,
+    pub read_here: BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
     /// Whether a law runs here that gives back the next state.

@@ -187,6 +187,8 @@ pub struct About {
     pub is_guard: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
+    /// What the build that is judged answers, if that is asked and known.
+    pub built: Option<bool>,
     /// Whether a function is asked that answers without a look at anything, and so for one that is not written yet.
     pub stands_in: bool,
     /// What it is, if it is a constant whose value is written out.

@@ -14,6 +14,8 @@ pub struct Unrun {
     pub what: UnrunKind,
     /// What it would be lent, and what it names.
     pub places: Vec<Place>,
+    /// Whether the variable that it is put into is named again, so that something may run it that is not followed.
+    pub is_named_again: bool,
     /// What tells it from others: where it is read, and the number of its expression.
     pub key: (usize, u32),
 }

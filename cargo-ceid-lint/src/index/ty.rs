@@ -394,6 +394,7 @@ impl Index {
         let body = item.value.as_ref().filter(|_| !item.is_static)?;
         match &body.expr(body.root).kind {
             ExprKind::Literal(Literal::Bool(value)) => Some(*value),
+            ExprKind::Macro(call) => call.kind.built(),
             _ => None,
         }
     }
@@ -432,6 +433,11 @@ impl Index {
             ExprKind::Path(path) => {
                 let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
                 self.const_value_at(scope, &names, depth + 1)
+            }
+            ExprKind::If { condition, then, otherwise } => {
+                let ExprKind::Macro(asked) = &body.expr(*condition).kind else { return None };
+                let taken = if asked.kind.built()? { Some(*then) } else { *otherwise };
+                self.const_expr(scope, body, taken?, depth + 1)
             }
             ExprKind::Binary { op, lhs, rhs } => {
                 let left = self.const_expr(scope, body, *lhs, depth + 1)?;

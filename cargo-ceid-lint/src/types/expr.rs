@@ -490,7 +490,7 @@ impl Infer<'_> {
                 }
                 Ty::Never
             }
-            MacroKind::DebugBuild => Ty::Bool,
+            MacroKind::DebugBuild | MacroKind::Build(_) => Ty::Bool,
             MacroKind::DebugOnly(operands, message) => {
                 for operand in operands.iter().chain(message) {
                     self.expr(*operand, None);

@@ -6,6 +6,7 @@ use super::super::assumed::merged;
 use super::super::counts::Count;
 use super::super::gates::Asks;
 use super::super::outcome::Outcome;
+use super::super::picked::doubt_of_several;
 use super::super::returned;
 use super::super::verdict::{Evidence, Gate};
 use super::{End, Region, Search, too_many_conditions};
@@ -64,6 +65,10 @@ impl Search<'_> {
             }
             if end.state.is_supposed || !certain.contains(&end.state.count) && gate.is_none() {
                 let cause = unknown.filter(|_| end.state.is_supposed).unwrap_or_else(too_many_conditions);
+                outcomes.insert(Outcome { returned, ..Outcome::unknown(cause) });
+                continue;
+            }
+            if let Some(cause) = doubt_of_several(self, &exploration, end).filter(|_| unknown.is_none()) {
                 outcomes.insert(Outcome { returned, ..Outcome::unknown(cause) });
                 continue;
             }

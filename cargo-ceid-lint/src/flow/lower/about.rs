@@ -15,7 +15,8 @@ impl Builder<'_> {
     pub(super) fn about(&mut self, id: ExprId) -> About {
         let (constant, constant_of) = (self.written_out(id), self.constant_of_param(id));
         let length = self.asked_length(id).map(Box::new);
-        let mut about = About { constant, constant_of, length, ..About::default() };
+        let is_constant = self.constants().asks_build(id);
+        let mut about = About { constant, constant_of, length, is_constant, ..About::default() };
         self.collect_about(id, &mut about, 0);
         about
     }
@@ -83,11 +84,11 @@ impl Builder<'_> {
         matches!(owner, Ty::Param(_)).then(|| Box::new((owner, name.name.clone())))
     }
 
-    /// Whether an expression is the name of a constant.
+    /// Whether an expression is the name of a constant, or asks the build.
     pub(super) fn is_setting(&self, id: ExprId) -> bool {
         let is_constant =
             |def: &Def| matches!(def, Def::Value(value) if !self.program.index.value(*value).item.is_static);
-        self.typed().expr_def.get(&id).is_some_and(is_constant)
+        self.typed().expr_def.get(&id).is_some_and(is_constant) || self.constants().asks_build(id)
     }
 
     pub(super) fn about_presence(&mut self, id: ExprId, binds: Vec<Var>) -> About {

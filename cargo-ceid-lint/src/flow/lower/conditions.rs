@@ -4,9 +4,9 @@ use super::orders::{ORDERS, orders_asked};
 use super::subjects::Pure;
 use super::values::Join;
 use super::{Builder, Value};
-use crate::flow::{About, Head, NodeId};
+use crate::flow::{About, Head, NodeId, Place};
 use crate::index::Ty;
-use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
 use crate::types::Callee;
 
 /// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
@@ -46,7 +46,22 @@ impl Builder<'_> {
         self.resume_if_reached(no);
         let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();
         self.end_branch_of(&join, &value, otherwise, otherwise.map_or(span, |otherwise| self.span(otherwise)));
-        self.close_join(&join)
+        let value = self.close_join(&join);
+        let number = self.taken_by_build(condition, then, otherwise).and_then(|taken| self.number(taken));
+        Value { head: number.map(|number| number.to_string()).or(value.head), ..value }
+    }
+
+    /// What a branch gives that the build chooses: `if cfg!(feature = "fine") { 4 } else { 1 }`.
+    fn taken_by_build(&self, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Option<ExprId> {
+        let body = self.body();
+        let answer = match &body.expr(condition).kind {
+            ExprKind::Macro(call) => call.kind.built()?,
+            _ => return None,
+        };
+        match &body.expr(if answer { then } else { otherwise? }).kind {
+            ExprKind::Block(block) if block.stmts.is_empty() => block.tail,
+            _ => None,
+        }
     }
 
     /// Goes on from a node if something leads to it.
@@ -126,6 +141,11 @@ impl Builder<'_> {
                 self.link(failed, no);
                 self.resume(holds);
             }
+            ExprKind::Macro(call) if let MacroKind::Build(flag) = &call.kind => {
+                let (holds, failed) = self.branch_on_build(flag, self.span(id), self.text(id));
+                self.link(failed, no);
+                self.resume(holds);
+            }
             ExprKind::Macro(_) | ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Deref(_) => self.truth(id, no),
             // `for (every, task) in [(1, Task::Fast), (10, Task::Slow)] { if cycle % every == 0 { … } }`
             ExprKind::Binary { op: op @ ("==" | "!="), lhs, rhs } if self.is_whole_multiple(*lhs, *rhs) => {
@@ -198,6 +218,7 @@ impl Builder<'_> {
             None => (self.pure(id), "true"),
         };
         let about = About { rest: self.answer_at_rest(id), stands_in: self.stands_in(id), ..self.about(id) };
+        let about = About { stands_in: about.stands_in && !about.is_constant, ..about };
         let value = match &self.body().expr(id).kind {
             // What is a condition as a value is not asked for twice.
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
@@ -213,7 +234,10 @@ impl Builder<'_> {
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let (yes, failed) = match pure {
             Some(pure) => {
-                let about = About { is_constant: pure.reads.is_empty(), ..about };
+                // A row of a table that is written out says the same for ever.
+                let of_row = pure.whole.as_ref().filter(|whole| whole.steps.is_empty()).and_then(Place::base_var);
+                let is_written = of_row.is_some_and(|var| self.graph.written_rows.contains(&var));
+                let about = About { is_constant: about.is_constant || is_written || pure.reads.is_empty(), ..about };
                 let id = self.subject(pure, total.clone());
                 for head in total.iter().flatten() {
                     self.head_bit(id, head);
@@ -295,7 +319,10 @@ impl Builder<'_> {
         if let Some((op, [lhs, rhs])) = self.compared_order(op, [lhs, rhs]) {
             return self.comparison(id, op, lhs, rhs, no);
         }
-        if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
+        if self.truth_compared(id, op, lhs, rhs, no)
+            || self.bit_asked(id, op, [lhs, rhs], no)
+            || self.counters_compared(id, op, [lhs, rhs], no)
+        {
             return;
         }
         let span = self.span(id);

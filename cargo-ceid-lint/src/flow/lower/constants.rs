@@ -4,7 +4,7 @@ use super::Builder;
 use super::numbers::limit_of_type;
 use super::subjects::external_head;
 use crate::flow::{Head, Place, Program};
-use crate::index::{BodyOwner, Def, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
+use crate::index::{BodyOwner, Def, FunctionId, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind, Path, StmtKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
@@ -99,6 +99,7 @@ impl Constants<'_> {
     fn head_at(self, id: ExprId, depth: u32) -> Option<Head> {
         match &self.body.expr(id).kind {
             ExprKind::Literal(literal) => Some(literal.spelling()),
+            ExprKind::Macro(call) => call.kind.built().map(|answer| answer.to_string()),
             ExprKind::Negate(inner) => match &self.body.expr(*inner).kind {
                 ExprKind::Literal(literal) => Some(format!("-{}", literal.spelling())),
                 _ => Some(self.whole_number(id)?.to_string()),
@@ -211,6 +212,63 @@ impl Constants<'_> {
                 }
                 _ => false,
             },
+            _ => false,
+        }
+    }
+}
+
+impl Constants<'_> {
+    /// Whether an expression asks nothing but the build and its constants, by whatever name: `cfg!(feature = "notch")`,
+    /// `!IS_BARE && has_notch()`. What it gives cannot change while the program runs.
+    pub(super) fn asks_build(self, id: ExprId) -> bool {
+        self.asks_build_at(id, 0)
+    }
+
+    fn asks_build_at(self, id: ExprId, depth: u32) -> bool {
+        if depth > MAX_DEPTH {
+            return false;
+        }
+        let next = |id: ExprId| self.asks_build_at(id, depth + 1);
+        match &self.body.expr(id).kind {
+            ExprKind::Macro(call) => matches!(call.kind, MacroKind::Build(_)),
+            ExprKind::Not(inner) => next(*inner),
+            ExprKind::Binary { lhs, rhs, .. } => {
+                let is_literal = |side: ExprId| matches!(self.body.expr(side).kind, ExprKind::Literal(_));
+                match (is_literal(*lhs), is_literal(*rhs)) {
+                    (true, true) => false,
+                    (true, false) => next(*rhs),
+                    (false, true) => next(*lhs),
+                    (false, false) => next(*lhs) && next(*rhs),
+                }
+            }
+            ExprKind::Block(block) if block.stmts.is_empty() => block.tail.is_some_and(next),
+            ExprKind::Path(_) if self.typed.expr_local.contains_key(&id) => self.initial(id).is_some_and(next),
+            ExprKind::Path(_) => match self.typed.expr_def.get(&id) {
+                Some(Def::Value(value)) => !self.program.index.value(*value).item.is_static,
+                _ => false,
+            },
+            // What gives a number or a text may stand in for a device.
+            ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => {
+                let is_question = args.is_empty() && *self.typed.ty(id) == Ty::Bool;
+                match self.typed.callees.get(&id).filter(|_| is_question) {
+                    Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
+                        [target] => self.gives_build(*target, depth),
+                        _ => false,
+                    },
+                    _ => false,
+                }
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a function that is given nothing gives back what the build tells, and nothing else.
+    fn gives_build(self, function: FunctionId, depth: u32) -> bool {
+        let body = self.program.index.function(function).function.body.as_ref();
+        match (body.filter(|body| body.exprs.len() <= MAX_LENGTH), self.program.typed(function)) {
+            (Some(body), Some(typed)) => {
+                Constants { program: self.program, body, typed }.asks_build_at(body.root, depth + 1)
+            }
             _ => false,
         }
     }

@@ -3,6 +3,7 @@
 use super::Builder;
 use crate::flow::{About, Effect, Node, NodeId};
 use crate::source::Span;
+use crate::syntax::CycleDirective;
 use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
@@ -31,6 +32,7 @@ impl Builder<'_> {
 
     /// Tells the nodes to which only the debug side of a branch leads.
     pub(super) fn mark_debug_only(&mut self) {
+        self.take_out_unbuilt();
         let nodes = &mut self.graph.nodes;
         let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
         let branches: Vec<NodeId> =
@@ -56,6 +58,33 @@ impl Builder<'_> {
                     open.extend(node.next.iter().copied());
                 }
             }
+        }
+    }
+
+    /// Takes the loops out that the build which is judged does not come to: they are no cycles.
+    fn take_out_unbuilt(&mut self) {
+        let nodes = &self.graph.nodes;
+        let built = |node: &Node| match &node.effect {
+            Effect::Branch(test) => test.about.built,
+            _ => None,
+        };
+        if !nodes.iter().any(|node| built(node).is_some()) {
+            return;
+        }
+        let mut reached = vec![false; nodes.len()];
+        let mut open = vec![NodeId(0)];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut reached[id.0 as usize], true) {
+                continue;
+            }
+            let node = &nodes[id.0 as usize];
+            match built(node) {
+                Some(answer) => open.extend(node.next.get(usize::from(!answer))),
+                None => open.extend(&node.next),
+            }
+        }
+        for info in self.graph.loops.iter_mut().filter(|info| !reached[info.head.0 as usize]) {
+            info.directive = Some(CycleDirective::NotACycle);
         }
     }
 }

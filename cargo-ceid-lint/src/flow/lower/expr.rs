@@ -104,7 +104,9 @@ impl Builder<'_> {
             ExprKind::Deref(inner) => {
                 let value = self.expr(*inner);
                 let place = value.place.map(|place| self.deref_place(*inner, place));
-                Value { place, is_owned: true, ..Value::default() }
+                // What is called behind a box or a reference is what was put there: `(*step)(x)`, `run(&mut *step)`.
+                let closure = value.closure.filter(|closure| !self.is_of_future(*closure));
+                Value { place, closure, is_owned: true, ..Value::default() }
             }
             ExprKind::Not(inner) if self.program.index.holds_filter(self.ty(*inner)) => {
                 let value = self.expr(*inner);
@@ -173,7 +175,9 @@ impl Builder<'_> {
                     }
                     return Value::default();
                 }
-                let closure = value.closure.filter(|closure| self.is_of_future(*closure));
+                // `Box::new(|x| f.update(x)) as Box<dyn FnMut(f64)>` is that closure.
+                let is_called = self.ty(id).called_as().is_some();
+                let closure = value.closure.filter(|closure| is_called || self.is_of_future(*closure));
                 Value { closure, iterator: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),

@@ -54,6 +54,9 @@ impl Builder<'_> {
             }
             // What is shipped does not hold it.
             MacroKind::DebugBuild => Value { head: Some("false".to_owned()), ..Value::default() },
+            MacroKind::Build(_) => {
+                Value { head: macro_expr.kind.built().map(|answer| answer.to_string()), ..Value::default() }
+            }
             MacroKind::ReturnsErr(operands) => {
                 for operand in operands {
                     self.expr(*operand);

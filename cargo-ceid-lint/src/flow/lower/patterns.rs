@@ -418,7 +418,7 @@ impl Builder<'_> {
         let is_presence = matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-");
         let about = About {
             is_presence: is_presence && !is_truth,
-            is_constant: self.is_named_constant(matched),
+            is_constant: matched.about.is_constant || self.is_named_constant(matched),
             heads: heads.to_vec(),
             ..matched.about.clone()
         };

@@ -6,7 +6,7 @@ use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{CfgKey, ExprId};
+use crate::syntax::tree::{BuildFlag, CfgKey, ExprId};
 
 /// A pure expression: its spelling with variables by number, and the places it reads.
 #[derive(Clone, Debug, Default)]
@@ -182,6 +182,21 @@ impl Builder<'_> {
         let head = if key.negated { "false" } else { "true" };
         let about = About { is_constant: true, is_turned: key.negated, ..About::default() };
         self.branch_on_subject(id, &[head.to_owned()], true, span, format!("#[cfg({})]", key.key), about)
+    }
+
+    /// A branch on what `cfg!` asks. What the build does not have is there, but no way leads to it.
+    pub(super) fn branch_on_build(&mut self, flag: &BuildFlag, span: Span, text: String) -> (NodeId, NodeId) {
+        let answer = match flag {
+            BuildFlag::Known(answer) => *answer,
+            BuildFlag::Unknown(key) => return self.branch_on_cfg(key, span),
+        };
+        let told = self.temporary(Ty::Bool, span);
+        self.set(told, &super::Value { head: Some(answer.to_string()), ..super::Value::default() }, span);
+        let id = self.subject(self.pure_var(told), Some(vec!["true".to_owned(), "false".to_owned()]));
+        self.head_bit(id, "true");
+        self.head_bit(id, "false");
+        let about = About { is_constant: true, built: Some(answer), ..About::default() };
+        self.branch_on_subject(id, &["true".to_owned()], true, span, text, about)
     }
 
     /// The head of a constant expression: a literal, a variant, a constant.

@@ -39,8 +39,13 @@ impl Builder<'_> {
         }
         self.write_out(label, keyword, inside, rounds, |this, parts: Round| {
             for (pat, head, from) in parts {
+                let is_written = head.is_some();
                 let value = if is_lent { this.expr(from) } else { Value { head, ..Value::default() } };
                 this.bind_pattern(pat, &value);
+                if is_written {
+                    let vars = this.vars_of(pat);
+                    this.graph.written_rows.extend(vars);
+                }
                 this.derive_pattern(pat, from);
             }
         });
@@ -183,14 +188,14 @@ impl Builder<'_> {
         is_chosen.then(|| numbers.into_iter().enumerate().map(round).collect())
     }
 
-    /// The rows of a table of so many columns without filters, written there or in a constant.
+    /// The rows of a table of so many columns without filters, written there, in a constant or in a static.
     fn rows(&self, iterable: ExprId, columns: usize) -> Option<Vec<Row>> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
         if let Some(Def::Value(value)) = own.typed.expr_def.get(&items) {
-            let is_static = self.program.index.value(*value).item.is_static;
+            let may_change = self.program.index.value(*value).item.is_mutable;
             let written = |own: Constants<'_>| rows_in(own, plain_items(own.body, own.body.root), columns);
-            let mut rows = in_constant(self.program, *value, written).flatten().filter(|_| !is_static)?;
+            let mut rows = in_constant(self.program, *value, written).flatten().filter(|_| !may_change)?;
             // Where it is written is no place of this function.
             rows.iter_mut().flatten().for_each(|(_, part)| *part = iterable);
             return Some(rows);
@@ -204,9 +209,9 @@ impl Builder<'_> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
         if let Some(Def::Value(value)) = own.typed.expr_def.get(&items) {
-            let is_static = self.program.index.value(*value).item.is_static;
+            let may_change = self.program.index.value(*value).item.is_mutable;
             let written = |own: Constants<'_>| names_in(own, plain_items(own.body, own.body.root));
-            return in_constant(self.program, *value, written).flatten().filter(|_| !is_static);
+            return in_constant(self.program, *value, written).flatten().filter(|_| !may_change);
         }
         let is_data = |elements: &&[ExprId]| !elements.iter().any(|element| self.may_hold_filter(self.ty(*element)));
         elements_in(own, items).filter(is_data).and_then(|_| names_in(own, items))
@@ -218,7 +223,7 @@ impl Builder<'_> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
         let is_written = match own.typed.expr_def.get(&items) {
-            Some(Def::Value(value)) => !self.program.index.value(*value).item.is_static,
+            Some(Def::Value(value)) => !self.program.index.value(*value).item.is_mutable,
             _ => matches!(own.body.expr(items).kind, ExprKind::Array { is_vec: false, .. }),
         };
         is_written && !self.may_hold_filter(self.ty(items))
@@ -230,9 +235,9 @@ impl Builder<'_> {
         let own = self.constants();
         let items = plain_items(own.body, iterable);
         let Some(Def::Value(value)) = own.typed.expr_def.get(&items) else { return row_in(own, items) };
-        let is_static = self.program.index.value(*value).item.is_static;
+        let may_change = self.program.index.value(*value).item.is_mutable;
         let written = |own: Constants<'_>| row_in(own, plain_items(own.body, own.body.root));
-        in_constant(self.program, *value, written).flatten().filter(|_| !is_static)
+        in_constant(self.program, *value, written).flatten().filter(|_| !may_change)
     }
 
     /// The numbers of a range, or of an array of literals, as heads.

@@ -16,7 +16,7 @@ use self::operands::{LogOperands, MatchesOperands, Operands, RowOperands, VecOpe
 use super::cfg_eval::{Presence, evaluate};
 use super::lower::{BodyLowerer, Lowerer, name, path_text};
 use super::text::{captures, mentions};
-use super::tree::{Arm, ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, PatKind, Path};
+use super::tree::{Arm, BuildFlag, ExprId, ExprKind, Item, MacroExpr, MacroKind, OpaqueMacro, PatKind, Path};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
 pub use expand::{Exports, Neighbours, spelled};
@@ -297,9 +297,9 @@ impl BodyLowerer<'_, '_, '_> {
                         let debug = self.add(ExprKind::Macro(Box::new(kind)), span);
                         return Some(self.add(ExprKind::Not(debug), span));
                     }
-                    Presence::Present => return Some(self.add(ExprKind::Literal(Literal::Bool(true)), span)),
-                    Presence::Absent => return Some(self.add(ExprKind::Literal(Literal::Bool(false)), span)),
-                    Presence::Maybe(_) => MacroKind::All(Vec::new()),
+                    Presence::Present => MacroKind::Build(BuildFlag::Known(true)),
+                    Presence::Absent => MacroKind::Build(BuildFlag::Known(false)),
+                    asked => MacroKind::Build(BuildFlag::Unknown(asked.key()??)),
                 }
             }
             Shape::Assembly => {

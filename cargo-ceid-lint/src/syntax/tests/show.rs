@@ -155,6 +155,10 @@ impl Show<'_> {
             }
             MacroKind::DebugOnly(ids, message) => format!("debug({}{})", self.exprs(ids), self.message(message)),
             MacroKind::DebugBuild => "debug_build".to_owned(),
+            MacroKind::Build(BuildFlag::Known(answer)) => format!("build({answer})"),
+            MacroKind::Build(BuildFlag::Unknown(key)) => {
+                format!("build({}{})", if key.negated { "!" } else { "" }, key.key)
+            }
             MacroKind::Logging(ids) => format!("log({})", self.exprs(ids)),
             MacroKind::ReturnsErr(ids) => format!("err({})", self.exprs(ids)),
             MacroKind::Ensure(id, message) => format!("ensure({}{})", self.expr(*id), self.message(message)),

@@ -1,6 +1,6 @@
 //! Code: expressions and patterns of one body, in an arena.
 
-use super::{CfgKey, Item, Literal, OpaqueMacro, Path, TypeRef};
+use super::{BuildFlag, CfgKey, Item, Literal, OpaqueMacro, Path, TypeRef};
 use crate::source::Span;
 
 /// An expression of a [`Body`].
@@ -392,6 +392,8 @@ pub enum MacroKind {
     Logging(Vec<ExprId>),
     /// `cfg!(debug_assertions)`: holds in debug builds only.
     DebugBuild,
+    /// `cfg!` of anything else: the same for as long as the build runs.
+    Build(BuildFlag),
     /// `return Err(…)` after the operands: `bail!`, `anyhow::bail!`.
     ReturnsErr(Vec<ExprId>),
     /// `ensure!(condition, message…)`: a path on which it does not hold returns an error.

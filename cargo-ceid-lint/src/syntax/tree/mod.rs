@@ -3,12 +3,14 @@
 //! It is `Send` and small, so that syn's trees are dropped file by file; nothing above `syntax` sees syn.
 
 mod body;
+mod build;
 mod literal;
 mod ty;
 mod walk;
 
 use crate::source::Span;
 pub use body::*;
+pub use build::*;
 pub use literal::*;
 pub use ty::*;
 

@@ -100,7 +100,7 @@ fn operands(kind: &MacroKind) -> Vec<ExprId> {
         MacroKind::DebugOnly(values, message) => [&values[..], message].concat(),
         MacroKind::Assert(value, message) | MacroKind::Ensure(value, message) => [&[*value][..], message].concat(),
         MacroKind::AssertCompare(left, right, message) => [&[*left, *right][..], message].concat(),
-        MacroKind::DebugBuild => Vec::new(),
+        MacroKind::DebugBuild | MacroKind::Build(_) => Vec::new(),
         MacroKind::Select(arms) => {
             arms.iter().flat_map(|arm| arm.future.into_iter().chain(arm.condition).chain([arm.body])).collect()
         }

@@ -146,6 +146,7 @@ impl Builder<'_> {
             None => place,
             Some(key) => {
                 let key = self.settle_key(key, of_variant.as_ref().or(index_value.place.as_ref()));
+                let key = self.by_outer_counter(key, id);
                 self.note_indexing(&key, &place);
                 place.element(key)
             }

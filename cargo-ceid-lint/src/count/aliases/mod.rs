@@ -1,5 +1,7 @@
 //! Which places a place may be another name of, whatever the path. Knows no counts.
 
+mod near;
+
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -344,7 +346,7 @@ impl Aliases {
             return Roots::Others(Arc::clone(known));
         }
         let mut found = BTreeSet::new();
-        let mut seen = BTreeSet::new();
+        let mut seen = BTreeMap::new();
         let is_cut_off = self.is_cut_off.get();
         self.follow(place, place.steps.len(), &mut seen, &mut found);
         // The names of what holds no filter do not matter.
@@ -354,77 +356,6 @@ impl Aliases {
         let roots: Arc<[Place]> = found.into_iter().collect();
         self.known.borrow_mut().insert(place.clone(), Arc::clone(&roots));
         Roots::Others(roots)
-    }
-
-    /// The places that the targets of a call have ways for, by target: each search asks for them anew.
-    pub(super) fn called_places(&self, site: &CallSite, summaries: &Summaries) -> Arc<[CalledPlace]> {
-        if let Some(known) = self.calls.borrow().get(&site.result) {
-            return Arc::clone(known);
-        }
-        let mut places = Vec::new();
-        for (target, summary) in site.targets.iter().filter_map(|target| Some((*target, summaries.get(*target)?))) {
-            for law in 0..summary.laws() {
-                for (number, (given, outcomes)) in summary.outcomes(law).enumerate() {
-                    if summary.only_points(given, outcomes, site) {
-                        continue;
-                    }
-                    if let Some(place) = place_of(given, site) {
-                        let taken = summary.taken.get(given).and_then(|taken| place_of(taken, site));
-                        let taken = taken.map(|taken| self.shared_roots(&taken).to_vec()).unwrap_or_default();
-                        let others = match self.shared_roots(&place) {
-                            Roots::Itself(_) => None,
-                            Roots::Others(others) => Some(others),
-                        };
-                        places.push(CalledPlace { target, law, number, place, others, taken });
-                    }
-                }
-            }
-        }
-        let places: Arc<[CalledPlace]> = places.into();
-        self.calls.borrow_mut().insert(site.result, Arc::clone(&places));
-        places
-    }
-
-    /// The nodes at which something happens to what a base has, under whatever name, in their order: the others need not be
-    /// looked at.
-    pub(super) fn near<'a>(&'a self, graph: &ControlFlowGraph, summaries: &Summaries, base: Base) -> &'a [NodeId] {
-        let find = || {
-            let mut near: FxHashMap<Base, Vec<NodeId>> = FxHashMap::default();
-            for id in graph.node_ids() {
-                let mut bases = BTreeSet::new();
-                let mut add = |place: &Place| bases.extend(self.shared_roots(place).iter().map(|root| root.base));
-                match &graph.node(id).effect {
-                    Effect::Update(update) => add(&update.place),
-                    Effect::Advance(advance) => add(&advance.before),
-                    Effect::Reset { place, .. } => add(place),
-                    Effect::Unknown { places, .. } => places.iter().for_each(add),
-                    Effect::Set(set) | Effect::Write(set) => {
-                        add(&set.place);
-                        set.from.iter().for_each(add);
-                    }
-                    Effect::Call(site) => {
-                        let called = self.called_places(site, summaries);
-                        bases.extend(called.iter().flat_map(CalledPlace::roots).map(|root| root.base));
-                    }
-                    _ => {}
-                }
-                for base in bases {
-                    near.entry(base).or_default().push(id);
-                }
-            }
-            near
-        };
-        self.near.get_or_init(find).get(&base).map_or(&[], Vec::as_slice)
-    }
-
-    /// What a call means to an instance that it has nothing to do with: each search asks for that anew.
-    pub(super) fn call_beside(&self, site: &CallSite, find: impl FnOnce() -> Called) -> Arc<Called> {
-        if let Some(known) = self.beside.borrow().get(&site.result) {
-            return Arc::clone(known);
-        }
-        let called = Arc::new(find());
-        self.beside.borrow_mut().insert(site.result, Arc::clone(&called));
-        called
     }
 
     /// Why some place may be a name of another that is not known, if one may.
@@ -465,20 +396,32 @@ impl Aliases {
         self.sources.iter().map(|(var, given)| (*var, given.as_slice()))
     }
 
-    /// `asked` is how many steps the place has of which the names are asked for.
-    fn follow(&self, place: &Place, asked: usize, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
+    /// `asked` is how many steps the place has of which the names are asked for; `seen` is what others turned out to be names of, two
+    /// of which may lead to one.
+    fn follow(
+        &self,
+        place: &Place,
+        asked: usize,
+        seen: &mut BTreeMap<Place, BTreeSet<Place>>,
+        found: &mut BTreeSet<Place>,
+    ) {
         if seen.len() > MAX_NAMES {
             let is_part = place.steps.len() > asked;
             self.is_cut_off.set(self.is_cut_off.get() || !is_part);
             return;
         }
-        if place.steps.len() > asked + MAX_STEPS || !seen.insert(place.clone()) {
+        if let Some(known) = seen.get(place) {
+            found.extend(known.iter().cloned());
             return;
         }
         let Base::Var(var) = place.base else {
             found.insert(place.clone());
             return;
         };
+        if place.steps.len() > asked + MAX_STEPS {
+            return;
+        }
+        seen.insert(place.clone(), BTreeSet::new());
         let mut own = BTreeSet::new();
         let mut has_source = false;
         for (steps, source) in self.sources.get(&var).into_iter().flatten() {
@@ -493,8 +436,9 @@ impl Aliases {
             own.retain(|root| root.base_var().is_none_or(|base| !self.unnamed.contains(&base)));
         }
         if own.is_empty() || !has_source || (named && self.owning.contains(&var)) {
-            found.insert(place.clone());
+            own.insert(place.clone());
         }
+        seen.insert(place.clone(), own.clone());
         found.append(&mut own);
     }
 }
