@@ -280,7 +280,7 @@ impl Context<'_> {
             Some((id, _)) if is_local_filter => {
                 self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
             }
-            None if is_local_filter && !self.is_own_tool(facts, place) && !self.is_lent_as_data(facts, place) => {
+            None if is_local_filter && !self.is_tool(facts, place) => {
                 self.push_unregistered(facts, var, place, None, analysis);
             }
             _ => {}
