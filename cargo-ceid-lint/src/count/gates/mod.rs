@@ -307,6 +307,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) || self.asks_tag(test) {
             return Some(Gate::Event);
         }
+        if self.has_no_samples(test, at, way) {
+            return Some(Gate::Sample);
+        }
         if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
             return Some(Gate::Config);
         }
