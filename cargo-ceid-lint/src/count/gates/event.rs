@@ -297,7 +297,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a loop that does not run over filters binds a variable together with what is fed, and does not count with it.
-    fn is_bound_beside_sample(&self, tag: &Place) -> bool {
+    pub(super) fn is_bound_beside_sample(&self, tag: &Place) -> bool {
         let Some(var) = tag.base_var() else { return false };
         let graph = self.search.graph;
         (0u32..).map(LoopId).zip(&graph.loops).any(|(id, info)| {

@@ -65,6 +65,22 @@ impl Gates<'_, '_> {
         !reads.is_empty() && reads.iter().all(is_round) && way.nodes.iter().any(updates_other)
     }
 
+    /// Whether places tell what a round of the loop is about: which one of few things, or whose value it is that comes with it.
+    /// `for number in 0..4 { if let Some(value) = changed[number].take() { self.set(number, value); } }`
+    pub(super) fn tells_rounds(&self, places: &[Place]) -> bool {
+        let Region::Loop(id) = self.region else { return false };
+        let info = self.search.graph.loop_info(id);
+        let is_counter = |place: &Place| {
+            let var = place.base_var().filter(|_| place.steps.is_empty());
+            info.has_few_rounds() && info.counter.is_some_and(|(counter, _)| var == Some(counter))
+        };
+        let is_tag = |place: &Place| {
+            let is_reading = matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Bool | Ty::Float));
+            place.steps.is_empty() && !is_reading && self.is_bound_beside_sample(place)
+        };
+        !places.is_empty() && places.iter().all(|place| is_counter(place) || is_tag(place))
+    }
+
     /// Whether a remainder or mask is asked of nothing but the number that an element has, counted anew in each iteration:
     /// `for (i, f) in bank.iter_mut().enumerate().filter(|(i, _)| i % 2 == 0)`. It is the same in all iterations.
     pub(super) fn asks_which_element(&self, test: &Test) -> bool {
