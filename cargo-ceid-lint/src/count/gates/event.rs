@@ -158,7 +158,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a variable begins anew in each iteration.
-    fn is_within(&self, var: Var) -> bool {
+    pub(super) fn is_within(&self, var: Var) -> bool {
         let info = self.search.graph.var(var);
         match self.region {
             Region::Loop(own) => self.search.graph.is_within(info.in_loop, own),

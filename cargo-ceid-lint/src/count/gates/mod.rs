@@ -36,6 +36,7 @@ mod signals;
 mod sources;
 mod state;
 mod step;
+mod text;
 mod time;
 mod told;
 mod warm_up;
@@ -304,10 +305,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_start(test, at, way) {
             return Some(Gate::Startup);
         }
-        if self.is_event(test) || self.asks_tag(test) {
+        if self.is_event(test) || self.asks_tag(test) || self.asks_text(test) {
             return Some(Gate::Event);
         }
-        if self.has_no_samples(test, at, way) {
+        if self.has_no_samples(test, at, way) || self.lacks_word(test) {
             return Some(Gate::Sample);
         }
         if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
