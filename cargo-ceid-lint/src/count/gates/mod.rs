@@ -18,6 +18,7 @@ mod lent;
 mod locked;
 mod mode;
 mod near_miss;
+mod other_part;
 mod own;
 mod parallel;
 mod passed;
