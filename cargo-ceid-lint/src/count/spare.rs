@@ -1,6 +1,7 @@
 //! Filters that one owner of them, or one cycle, leaves alone, while other code runs those of other owners.
 
 use super::analyse::{Context, FunctionFacts};
+use super::functions::is_law;
 use super::instances::place_ty;
 use crate::flow::{Effect, IndexKey, Place, Projection, is_state_field, works_out_of_settings};
 use crate::index::{FunctionId, Owner, Ty};
@@ -124,5 +125,30 @@ impl Context<'_> {
             other.base == place.base || other.base_var().is_some_and(|other| graph.var(other).ty == graph.var(var).ty)
         };
         is_looked_at && self.is_built_here(graph, var) && !facts.updated.iter().any(|other| is_alike(&other.place))
+    }
+
+    /// Whether a function gets the instance that updates it in a cycle of its own and never comes back.
+    pub(super) fn is_run_for_good(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let is_it = |other: &Place| facts.aliases.shared_roots(other).contains(place);
+        facts.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Call(site) => self.summaries.places(site, |callee| &callee.endless).any(|place| is_it(&place)),
+            _ => false,
+        })
+    }
+
+    /// Whether the law of a tuple or row runs here in which an instance lies: what that owes its parts is told at the law.
+    pub(super) fn is_left_to_law(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let (index, graph) = (self.program.index, facts.graph);
+        let holds = |root: &Place| {
+            let is_row = || matches!(place_ty(index, graph, root), Some(Ty::Tuple(_) | Ty::Array(..) | Ty::Slice(_)));
+            root.steps.len() < place.steps.len() && root.overlaps(place) && is_row()
+        };
+        graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Call(site) if site.targets.iter().any(|target| is_law(index, *target)) => {
+                let receiver = site.args.first().and_then(|arg| arg.place.as_ref());
+                receiver.is_some_and(|own| facts.aliases.shared_roots(own).iter().any(holds))
+            }
+            _ => false,
+        })
     }
 }
