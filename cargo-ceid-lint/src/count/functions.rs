@@ -257,8 +257,15 @@ fn hands_law_on(index: &Index, graph: &ControlFlowGraph) -> bool {
 
 /// What is known of the filter whose law a function is.
 fn law_of(index: &Index, id: FunctionId) -> Option<&FilterSpec> {
-    let Owner::Impl(of) = index.function(id).owner else { return None };
-    index.law_run_by(&index.impl_def(of).self_ty, id).map(|(spec, _)| spec)
+    let def = index.function(id);
+    let Owner::Impl(of) = def.owner else { return None };
+    let owner = index.impl_def(of);
+    // Tuples and rows are no filters by themselves, but what a trait has them do runs those in them.
+    let of_row = || match (&owner.self_ty, &owner.implements) {
+        (Ty::Tuple(_) | Ty::Array(..) | Ty::Slice(_), Some(name)) => index.law_of_trait(name, &def.name),
+        _ => None,
+    };
+    index.law_run_by(&owner.self_ty, id).map(|(spec, _)| spec).or_else(of_row)
 }
 
 /// Why a law is not judged in the crate that brings the filters of a preset, with the way out: a preset tells how others use them, and

@@ -245,8 +245,14 @@ pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
 pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();
     let ty = inner(ty);
-    let Ty::Adt(id, _) = &ty else { return found };
-    let way = Way { into_variants: true, ..Way::default() }.inside();
+    let way = Way { into_variants: true, ..Way::default() };
+    let Ty::Adt(id, _) = &ty else {
+        if matches!(ty, Ty::Tuple(_) | Ty::Array(..) | Ty::Slice(_)) {
+            collect(index, &ty, &mut Vec::new(), way, &mut found);
+        }
+        return found;
+    };
+    let way = way.inside();
     match &index.type_def(*id).shape {
         Shape::Struct(fields) => {
             for field in &fields.fields {

@@ -226,6 +226,7 @@ impl Context<'_> {
             || is_absent()
             || self.comes_back(facts, place)
             || self.is_run_for_good(facts, place)
+            || self.is_left_to_law(facts, place)
             || finished::is_moved_on(facts, place)
         {
             return;
@@ -280,20 +281,11 @@ impl Context<'_> {
             Some((id, _)) if is_local_filter => {
                 self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
             }
-            None if is_local_filter && !self.is_own_tool(facts, place) && !self.is_lent_as_data(facts, place) => {
+            None if is_local_filter && !self.is_tool(facts, place) => {
                 self.push_unregistered(facts, var, place, None, analysis);
             }
             _ => {}
         }
-    }
-
-    /// Whether a function gets the instance that updates it in a cycle of its own and never comes back.
-    fn is_run_for_good(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        let is_it = |other: &Place| facts.aliases.shared_roots(other).contains(place);
-        facts.graph.nodes.iter().any(|node| match &node.effect {
-            Effect::Call(site) => self.summaries.places(site, |callee| &callee.endless).any(|place| is_it(&place)),
-            _ => false,
-        })
     }
 
     /// Whether something is updated that lies in the same element of a collection, or in the same value of an option or variant:

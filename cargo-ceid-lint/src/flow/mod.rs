@@ -37,8 +37,8 @@ pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
 pub use lower::{
-    Told, deciding, has_one_answer, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in,
-    stands_in_for_states, told,
+    Told, deciding, has_one_answer, is_flag, is_shared_number, is_state_field, lower_function, reads_shared_number,
+    stands_in, stands_in_for_states, told, works_out_of_settings,
 };
 pub use mark::{Mark, in_words};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
@@ -132,6 +132,8 @@ pub struct ControlFlowGraph {
     pub lent: Vec<Place>,
     /// The values that something unseen gets for good, to do with them what their types offer, by the nodes where it does.
     pub given_away: BTreeSet<(NodeId, Place)>,
+    /// The variables whose values a `move` closure takes along.
+    pub moved_along: BTreeSet<Var>,
     /// Elements of collections that a method takes out: `queue.pop()`.
     pub taken_out: BTreeSet<Place>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use rustc_hash::FxHashSet;
 
 use super::extensions::is_primitive;
-use super::{FunctionId, ImplDef, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
+use super::{
+    FilterSpec, FunctionId, ImplDef, ImplId, Index, Owner, Subject, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId,
+    ValueId,
+};
 use crate::syntax::tree::{Attribute, TypeRef};
 
 /// Where a method was found.
@@ -235,6 +238,13 @@ impl Index {
     #[must_use]
     pub fn impl_args(&self, id: ImplId, ty: &Ty) -> Vec<(String, Ty)> {
         self.impl_def(id).self_ty.bindings(ty)
+    }
+
+    /// What a trait makes of the types that implement it, where a method of it is a law or a half of one.
+    #[must_use]
+    pub fn law_of_trait(&self, name: &TraitName, method: &str) -> Option<&FilterSpec> {
+        let is_it = |spec: &&FilterSpec| matches!(&spec.subject, Subject::Trait(own) if own == name);
+        self.specs.iter().filter(|spec| spec.is_sampled).filter(is_it).find(|spec| spec.group(method).is_some())
     }
 
     /// The methods of that name of a type: inherent ones, then those of its traits.

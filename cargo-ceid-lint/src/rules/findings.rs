@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::known::{Hidden, Known, calls_of};
 use super::missed::missing;
-use super::repeated::{can_be_sibling, pasted_from, repeated, trades_with};
+use super::repeated::{can_be_sibling, is_updated_with, pasted_from, repeated, trades_with};
 use super::skipped::skipped;
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
@@ -77,15 +77,25 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagn
     // What is missed is told by itself where the repetition that it was pasted from is not told.
     let shown: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
     let mut missed = with_hidden(cycle, missed, "missed_update", hiding);
-    // Filters that change places between two updates go wrong together.
-    for (group, hidden) in grouped(repeats, trades_with) {
+    let is_sibling = |pair: &Pair, (other, other_hidden): &(&Pair, Option<Hidden>)| {
+        other_hidden.is_none()
+            && can_be_sibling(pair, &other.name)
+            && pasted_from(other, &shown).is_some_and(|from| from.name == pair.name)
+    };
+    // What stands in the place of a sibling is told with it.
+    let is_alone = |pair: &Pair| {
+        pair.left_out.iter().all(|sibling| !can_be_sibling(pair, sibling))
+            && !missed.iter().any(|other| is_sibling(pair, other))
+    };
+    // Filters that change places between two updates go wrong together, and so do those that one call updates.
+    let go_together = |one: &Pair, other: &Pair| {
+        trades_with(one, other)
+            || is_updated_with(one, other) && takes_one_path(one, other) && is_alone(one) && is_alone(other)
+    };
+    let groups = grouped(repeats, go_together);
+    for (group, hidden) in groups {
         let [pair, partners @ ..] = group.as_slice() else { continue };
-        let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
-            other_hidden.is_none()
-                && can_be_sibling(pair, &other.name)
-                && pasted_from(other, &shown).is_some_and(|from| from.name == pair.name)
-        };
-        let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
+        let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(|other| is_sibling(pair, other));
         missed = others;
         let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
         add(repeated(cycle, pair, &siblings, partners), hidden);

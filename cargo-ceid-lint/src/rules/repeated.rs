@@ -1,7 +1,7 @@
 //! What is said of a filter that one cycle updates more than once, and of siblings that it was pasted over.
 
 use super::find;
-use super::findings::{GUARD_HELP, by_half, names, quoted, start, suppression};
+use super::findings::{GUARD_HELP, by_half, names, others, quoted, start, suppression};
 use crate::count::{BY_CALL, BY_GUARD, CALL_REPEATS, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
 use crate::diagnostic::{Diagnostic, WitnessStep};
 
@@ -49,6 +49,56 @@ pub(super) fn trades_with(one: &Pair, other: &Pair) -> bool {
     one.primary == other.primary && one.witness == other.witness && one.skips && other.skips && trades(one)
 }
 
+/// Whether one call is the second update of both filters: of what is in a composite, or of what a method updates side by side.
+pub(super) fn is_updated_with(one: &Pair, other: &Pair) -> bool {
+    one.primary == other.primary
+        && one.skips == other.skips
+        && one.half == other.half
+        && second_call(one).is_some_and(|call| second_call(other) == Some(call))
+}
+
+/// The step of the call that is the second update, as the witness says it.
+fn second_call(pair: &Pair) -> Option<&str> {
+    let is_second = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
+    pair.witness.iter().rev().find(is_second).map(|step| step.message.as_str())
+}
+
+/// What a step of a call says that it runs, in the backticks of its source.
+fn called(message: &str) -> Option<&str> {
+    let (call, _) = message.rsplit_once(BY_CALL)?;
+    call.find('`').map(|at| &call[at..])
+}
+
+/// The paths of filters that one call updates again, as one: what only some of them go through says whose it is.
+fn together(group: &[&Pair]) -> Vec<WitnessStep> {
+    let Some((first, rest)) = group.split_first() else { return Vec::new() };
+    let is_shared = |step: &WitnessStep| group.iter().all(|pair| pair.witness.contains(step));
+    let mut steps: Vec<WitnessStep> = Vec::new();
+    let own = |pair: &Pair| {
+        let name = pair.name.clone();
+        let named = move |step: &WitnessStep| match step.message.strip_suffix(" update") {
+            Some(_) if !is_shared(step) => {
+                WitnessStep { message: format!("{} of `{name}`", step.message), ..step.clone() }
+            }
+            _ => step.clone(),
+        };
+        pair.witness.iter().map(named).collect::<Vec<_>>()
+    };
+    steps.extend(own(first));
+    for step in rest.iter().flat_map(|pair| own(pair)) {
+        if steps.contains(&step) {
+            continue;
+        }
+        // Before the call, in the order of the source.
+        let is_behind = |other: &WitnessStep| {
+            Some(other.span) == first.primary || other.span.file == step.span.file && other.span.start > step.span.start
+        };
+        let at = steps.iter().skip(1).position(is_behind).map_or(steps.len(), |at| at + 1);
+        steps.insert(at, step);
+    }
+    steps
+}
+
 fn trades(pair: &Pair) -> bool {
     pair.witness.iter().any(|step| step.message == TRADES)
 }
@@ -62,8 +112,16 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners:
     let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
     let siblings: Vec<String> = siblings.iter().map(|sibling| sibling.name.clone()).chain(left_out).collect();
     let group: Vec<&Pair> = [pair].into_iter().chain(partners.iter().copied()).collect();
-    let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
+    let (verb, them) = if group.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let mut message = format!("{} {verb} updated{} more than once in one cycle", names(&group), by_half(cycle, &group));
+    let is_one_call = !partners.is_empty() && !trades(pair);
+    let by_call = second_call(pair).filter(|_| is_one_call).and_then(called);
+    if let Some(call) = by_call {
+        message.push_str(&format!(", by {call}"));
+    }
     match (partners, pair.skips) {
+        (_, true) if by_call.is_some() => message.push_str(", and not at all on another path"),
+        (_, false) if by_call.is_some() => {}
         ([], true) if trades(pair) => message.push_str(", and not at all in another one"),
         ([], true) => message.push_str(" and not at all on another path"),
         ([], false) => {}
@@ -99,9 +157,14 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners:
         "the update law of a sampled-time filter advances it by one sample; run twice, {} is ahead of its measurements",
         if partners.is_empty() { format!("`{}`", pair.name) } else { "it".to_owned() }
     ));
+    finding.notes.extend(others(&group));
+    if is_one_call {
+        finding.witness.steps = together(&group);
+    }
     finding.helps.push(match siblings.as_slice() {
-        [] if by_other_guard => format!("register `{}` with one of the guards only", pair.name),
-        [] if by_guard.is_some() => format!("leave `{}` to the guard, and remove the update by hand", pair.name),
+        [] if by_other_guard => format!("register {} with one of the guards only", names(&group)),
+        [] if by_guard.is_some() => format!("leave {} to the guard, and remove the update by hand", names(&group)),
+        [] if is_one_call => format!("update each of {them} once: by this call, or where it is updated before"),
         [] if !partners.is_empty() => {
             "update all of them before they change places, or all of them behind that".to_owned()
         }

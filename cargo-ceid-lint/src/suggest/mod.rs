@@ -45,7 +45,11 @@ fn of_finding(places: &Places<'_>, cycles: &Cycles<'_>, finding: &Diagnostic) ->
         "repeated_update" => {
             let site = site()?;
             let pair = pair(cycles, finding)?;
+            // What one call updates together has no sibling that was meant.
+            let is_repeated =
+                |name: &String| own(cycles, finding).any(|own| own.name == *name && own.verdict == pair.verdict);
             match &finding.facts.filters[1..] {
+                others if others.iter().any(is_repeated) => None,
                 [] => second_update::suggestion(&site, pair),
                 missed => sibling::suggestion(&site, pair, missed),
             }
@@ -56,6 +60,13 @@ fn of_finding(places: &Places<'_>, cycles: &Cycles<'_>, finding: &Diagnostic) ->
 
 /// The pair that a finding about updates is first about.
 fn pair<'a>(cycles: &Cycles<'a>, finding: &Diagnostic) -> Option<&'a Pair> {
-    let mut pairs = cycles.get(&finding.facts.cycle?)?.iter().flat_map(|cycle| &cycle.filters);
-    pairs.find(|pair| pair.primary == Some(finding.primary.span) && Some(&pair.name) == finding.facts.filters.first())
+    let is_first = |pair: &&Pair| Some(&pair.name) == finding.facts.filters.first();
+    own(cycles, finding).find(|pair| pair.primary == Some(finding.primary.span) && is_first(pair))
+}
+
+/// The pairs of the cycle that a finding is about.
+fn own<'a>(cycles: &Cycles<'a>, finding: &Diagnostic) -> impl Iterator<Item = &'a Pair> {
+    let cycles = finding.facts.cycle.and_then(|head| cycles.get(&head));
+    let cycles: Vec<&'a Cycle> = cycles.cloned().unwrap_or_default();
+    cycles.into_iter().flat_map(|cycle| &cycle.filters)
 }

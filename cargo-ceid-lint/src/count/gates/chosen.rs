@@ -169,6 +169,11 @@ impl Gates<'_, '_> {
         }
         let given: Vec<NodeId> = self.assigning(asked).collect();
         for id in &given {
+            // What is taken out behind the question is there again when it is asked the next time: `for slot in slots.iter_mut()`.
+            let lasts = self.reached_from(*id, |node, _| node == *id || !given.contains(&node));
+            if !lasts[at.0 as usize] {
+                continue;
+            }
             let (Effect::Set(set) | Effect::Write(set)) = &self.search.graph.node(*id).effect else { return None };
             match (set.head.as_deref(), set.same_as) {
                 (Some(head), _) if closes(head) => found.made.extend(self.deciding(*id, &given, at)?),

@@ -158,7 +158,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a variable begins anew in each iteration.
-    fn is_within(&self, var: Var) -> bool {
+    pub(super) fn is_within(&self, var: Var) -> bool {
         let info = self.search.graph.var(var);
         match self.region {
             Region::Loop(own) => self.search.graph.is_within(info.in_loop, own),
@@ -297,7 +297,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a loop that does not run over filters binds a variable together with what is fed, and does not count with it.
-    fn is_bound_beside_sample(&self, tag: &Place) -> bool {
+    pub(super) fn is_bound_beside_sample(&self, tag: &Place) -> bool {
         let Some(var) = tag.base_var() else { return false };
         let graph = self.search.graph;
         (0u32..).map(LoopId).zip(&graph.loops).any(|(id, info)| {

@@ -179,6 +179,8 @@ impl Gates<'_, '_> {
                 gate
             } else if self.shares_rounds(&read.places, way) {
                 Gate::Rate
+            } else if asks.is_choice && self.tells_rounds(&read.places) {
+                Gate::Event
             } else if ends_round {
                 // What else becomes of the states of elements has other names.
                 self.mode_of_element(asks, site, at)?

@@ -18,6 +18,7 @@ mod lent;
 mod locked;
 mod mode;
 mod near_miss;
+mod other_part;
 mod own;
 mod parallel;
 mod passed;
@@ -36,6 +37,7 @@ mod signals;
 mod sources;
 mod state;
 mod step;
+mod text;
 mod time;
 mod told;
 mod warm_up;
@@ -304,8 +306,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_start(test, at, way) {
             return Some(Gate::Startup);
         }
-        if self.is_event(test) || self.asks_tag(test) {
+        if self.is_event(test) || self.asks_tag(test) || self.asks_text(test) {
             return Some(Gate::Event);
+        }
+        if self.has_no_samples(test, at, way) || self.lacks_word(test) {
+            return Some(Gate::Sample);
         }
         if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
             return Some(Gate::Config);

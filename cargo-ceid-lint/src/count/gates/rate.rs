@@ -75,6 +75,9 @@ impl Gates<'_, '_> {
             if !counts && !steps.sums {
                 return None;
             }
+            if counts && self.goes_round(place, at) && self.counts_while_closed(place, at, way) {
+                return Some(Gate::Rate);
+            }
             if steps.set_back {
                 // A count that begins anew in each cycle, or is given up by the skip, is of something else than cycles.
                 let is_carried = self.carries(place, at);

@@ -280,6 +280,9 @@ impl Gates<'_, '_> {
         if !(asks_amount || ((asks_bit || asks_register || asks(readiness)) && !test.about.is_comparison)) {
             return false;
         }
+        if self.asks_other_part(names, reads) {
+            return false;
+        }
         let is_self = |place: &Place| {
             place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self")
         };

@@ -18,12 +18,13 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let Some(id) = test.subject else { return false };
         let subject = &graph.subjects[id.0 as usize];
-        let (Some(place), Some(heads)) = (&subject.whole, &subject.total) else { return false };
+        let Some(place) = &subject.whole else { return false };
+        let Some(heads) = subject.total.clone().or_else(|| self.written_heads(place)) else { return false };
         if !self.outlives(place) || heads.len() < 2 || self.assigning(place).next().is_none() {
             return false;
         }
         let mut follows: BTreeMap<&Head, Turn> = BTreeMap::new();
-        for head in heads {
+        for head in &heads {
             let Some(turn) = self.turn(place, head) else { return false };
             follows.insert(head, turn);
         }
@@ -37,6 +38,26 @@ impl Gates<'_, '_> {
         seen.len() == heads.len() && at == &heads[0] && follows.values().any(|turn| turn.updates)
     }
 
+    /// Whether a count begins anew by itself where it has come to an end, whatever is asked of it besides:
+    /// `if turn == 1 { f.update(x); } turn += 1; if turn >= 3 { turn = 0; }`.
+    pub(super) fn goes_round(&self, place: &Place, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        // Each iteration asks for the end, and for nothing else with it.
+        let is_end = |branch: NodeId| match &graph.node(branch).effect {
+            Effect::Branch(test) => {
+                let asks_it = test.about.reads == [place.clone()] && !test.about.is_remainder && !test.about.is_masked;
+                asks_it && branch != at && !self.completes(self.start(), |node, _| node != branch)
+            }
+            _ => false,
+        };
+        let begins_at_end = |id: NodeId| {
+            let leading = self.leading_to(id).unwrap_or_default();
+            !leading.is_empty() && leading.iter().all(|(branch, _)| is_end(*branch))
+        };
+        let mut set_back = self.assigning(place).filter(|id| self.is_set_back(*id, place)).peekable();
+        set_back.peek().is_some() && set_back.all(begins_at_end)
+    }
+
     /// Whether it is asked what an iterator gives that begins anew at its end: `let mut lanes = (0..4).cycle(); … lanes.next()`.
     pub(super) fn draws_in_turn(&self, test: &Test) -> bool {
         let sources = self.behind(test);
@@ -45,6 +66,21 @@ impl Gates<'_, '_> {
             self.outlives(place) && made_by.is_some_and(|made_by| made_by.calls.iter().any(|call| call == "cycle"))
         };
         sources.calls.iter().any(|call| call == "next") && sources.places.iter().any(goes_round)
+    }
+
+    /// The heads that a number has, where nothing gives it others: `match turn { 0 => turn = 1, 1 => { f.update(x); turn = 2 } _ => turn = 0 }`.
+    fn written_heads(&self, place: &Place) -> Option<Vec<Head>> {
+        if !self.is_number(place) || self.calls_write(place) {
+            return None;
+        }
+        let mut heads = BTreeSet::new();
+        for id in self.assigning(place) {
+            match &self.search.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => heads.insert(set.head.clone()?),
+                _ => return None,
+            };
+        }
+        Some(heads.into_iter().collect())
     }
 
     /// What an iteration does that begins with a head of a state; `None` if it may lead to several.

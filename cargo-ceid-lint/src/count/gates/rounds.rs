@@ -5,7 +5,7 @@ use super::{Gates, Way};
 use crate::count::cycles::named;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, Limit, LoopId, NodeId, Place, Test};
+use crate::flow::{Computed, Effect, Limit, LoopId, NodeId, Place, Test};
 use crate::index::Ty;
 
 impl Gates<'_, '_> {
@@ -65,6 +65,22 @@ impl Gates<'_, '_> {
         !reads.is_empty() && reads.iter().all(is_round) && way.nodes.iter().any(updates_other)
     }
 
+    /// Whether places tell what a round of the loop is about: which one of few things, or whose value it is that comes with it.
+    /// `for number in 0..4 { if let Some(value) = changed[number].take() { self.set(number, value); } }`
+    pub(super) fn tells_rounds(&self, places: &[Place]) -> bool {
+        let Region::Loop(id) = self.region else { return false };
+        let info = self.search.graph.loop_info(id);
+        let is_counter = |place: &Place| {
+            let var = place.base_var().filter(|_| place.steps.is_empty());
+            info.has_few_rounds() && info.counter.is_some_and(|(counter, _)| var == Some(counter))
+        };
+        let is_tag = |place: &Place| {
+            let is_reading = matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Bool | Ty::Float));
+            place.steps.is_empty() && !is_reading && self.is_bound_beside_sample(place)
+        };
+        !places.is_empty() && places.iter().all(|place| is_counter(place) || is_tag(place))
+    }
+
     /// Whether a remainder or mask is asked of nothing but the number that an element has, counted anew in each iteration:
     /// `for (i, f) in bank.iter_mut().enumerate().filter(|(i, _)| i % 2 == 0)`. It is the same in all iterations.
     pub(super) fn asks_which_element(&self, test: &Test) -> bool {
@@ -96,6 +112,48 @@ impl Gates<'_, '_> {
         // A helper's own loop over samples has no round where there is no sample.
         let is_own = self.search.sample_loops.contains(&id);
         (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
+    }
+
+    /// Whether a way is taken where a number is zero that says how many samples there are: the loops over them would have no round.
+    /// `let n = block.len(); if n == 0 { return; } for i in 0..n { out[i] = f.update(block[i]); }`
+    pub(super) fn has_no_samples(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let about = &test.about;
+        let [number] = about.reads.as_slice() else { return false };
+        let is_zero = about.heads == ["0"] && !about.is_comparison;
+        let is_below_one =
+            about.is_comparison && about.numbers == [1] && about.compared == [Some(number.clone()), None];
+        let holds = way.after(at) == graph.node(at).next.first().copied();
+        let is_asked =
+            holds && (is_zero || is_below_one) && about.names.is_empty() && !about.is_remainder && !about.is_masked;
+        if !is_asked || self.ty(number).is_some_and(|ty| ty != Ty::Int) || self.assigning(number).count() > 1 {
+            return false;
+        }
+        // The collections of which it is the length.
+        let computed = number.base_var().filter(|_| number.steps.is_empty()).and_then(|var| graph.computed.get(&var));
+        let is_length = |computed: &&Computed| {
+            let mut calls = computed.calls.iter().map(String::as_str);
+            computed.calls.iter().any(|name| name == "len") && calls.all(|name| matches!(name, "len" | "min"))
+        };
+        let is_collection = |place: &&Place| self.ty(place) != Some(Ty::Int);
+        let made = computed.filter(is_length).map(|made| named(&made.places)).unwrap_or_default();
+        let counted: Vec<&Place> = made.into_iter().filter(is_collection).collect();
+        let goes_over = |id: LoopId, place: &Place| {
+            let info = graph.loop_info(id);
+            info.over.as_ref() == Some(place) || info.limits.contains(&Limit::Elements(place.clone()))
+        };
+        let ends = |id: LoopId| {
+            let is_up_to = graph.loop_info(id).limits.contains(&Limit::Held(number.clone()));
+            is_up_to || !counted.is_empty() && counted.iter().all(|place| goes_over(id, place))
+        };
+        let is_inner = |id: &LoopId| self.region != Region::Loop(*id) && self.is_inside(graph.loop_info(*id).head);
+        let has_none = |node: &NodeId| {
+            let mut around = graph.loops_around(*node).filter(is_inner);
+            around.any(|id| ends(id) && self.of_loop(id).is_some())
+        };
+        let is_of_all = || !counted.is_empty() && counted.iter().all(|place| self.fed().places.contains(place));
+        let mut updating = self.search.updating().into_iter().filter(|id| self.is_inside(*id)).peekable();
+        updating.peek().is_some() && updating.all(|node| has_none(&node) || is_of_all())
     }
 
     /// A loop over the elements that counts to a number: whether that is larger than the number of an element never changes, or it

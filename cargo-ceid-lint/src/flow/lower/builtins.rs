@@ -232,19 +232,7 @@ impl Builder<'_> {
             }
             "clone_from" if args.len() == 1 => self.cloned_from(value, args[0], span),
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
-                let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
-                let is_filled = self.is_optional(receiver);
-                if is_filled || given.closure.is_some() {
-                    self.on_absent(value, receiver, span, |this| {
-                        let made = given.closure.map(|closure| this.inline_closure(closure, &[], span));
-                        let made = made.unwrap_or_default();
-                        if is_filled {
-                            this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
-                            this.note_pointed(this.ty(receiver).peel());
-                        }
-                    });
-                }
-                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+                self.get_or_insert(id, receiver, args, value)
             }
             "or" | "xor" if args.len() == 1 && self.is_optional(receiver) && self.may_hold_filter(self.ty(id)) => {
                 self.either_option(id, receiver, args[0], value, method == "xor")

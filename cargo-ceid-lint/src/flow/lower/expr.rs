@@ -133,8 +133,12 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            ExprKind::Closure(_) => {
+            ExprKind::Closure(code) => {
                 let closure = ClosureRef { frame: self.frame, expr: id };
+                if code.is_move {
+                    let taken = self.captured_locals(closure).into_iter().map(|(_, var)| var);
+                    self.graph.moved_along.extend(taken.collect::<Vec<_>>());
+                }
                 self.copy_captured(closure, self.span(id));
                 self.note_unrun(closure, UnrunKind::Closure, self.captured_to_update(closure));
                 Value { closure: Some(closure), ..Value::default() }

@@ -99,7 +99,7 @@ pub use flags::{is_flag, is_shared_number, reads_shared_number};
 pub(crate) use laws::MAX_DISPATCHED;
 use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, deciding, has_one_answer, told};
-pub use written::{stands_in, stands_in_for_states};
+pub use written::{is_state_field, stands_in, stands_in_for_states, works_out_of_settings};
 
 use super::{Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, Node, NodeId, Place, Program, Var};
 use crate::index::{FunctionId, Ty};

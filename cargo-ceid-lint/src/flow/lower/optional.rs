@@ -8,6 +8,30 @@ use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind, Stmt, StmtKind};
 use crate::types::Callee;
 
 impl Builder<'_> {
+    /// `get_or_insert` and its kin: what they are given goes where nothing was, or is made only then.
+    pub(super) fn get_or_insert(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], value: &Value) -> Value {
+        let span = self.span(id);
+        let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+        let is_filled = self.is_optional(receiver);
+        if is_filled || given.closure.is_some() {
+            self.on_absent(value, receiver, span, |this| {
+                let made = match given.closure {
+                    Some(closure) => this.inline_closure(closure, &[], span),
+                    None => given.clone(),
+                };
+                if is_filled {
+                    this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
+                    this.note_pointed(this.ty(receiver).peel());
+                } else if made.place.is_some() && this.may_hold_filter(this.ty(id)) {
+                    this.keep(&made, args[0]);
+                }
+            });
+        } else if given.place.is_some() && self.may_hold_filter(self.ty(args[0])) {
+            self.keep(&given, args[0]);
+        }
+        Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+    }
+
     /// `read().filter(|z| z.is_finite())`: what is there stays if the closure says so.
     pub(super) fn filter_payload(&mut self, id: ExprId, receiver: ExprId, asked: ExprId, value: &Value) -> Value {
         let span = self.span(id);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::written::{clears_all, written_fields, written_fields_of};
 use super::{Builder, Value};
-use crate::flow::{Effect, Head, Place};
+use crate::flow::{Effect, Head, Place, Program};
 use crate::index::{Def, FunctionId, Owner, Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, StmtKind};
@@ -46,34 +46,7 @@ impl<'a> Builder<'a> {
 
     /// The fields that the laws of a filter type write; none if that cannot be seen.
     pub(super) fn state_fields(&self, ty: &Ty) -> BTreeSet<String> {
-        let index = self.program.index;
-        let Some(spec) = index.receiver_spec(ty) else { return self.fields_of_state(ty) };
-        let methods = spec.law.iter().flat_map(|group| &group.methods).flat_map(|name| index.methods(ty, name));
-        let laws = methods.filter_map(|owner| owner.function());
-        let mut state = BTreeSet::new();
-        for law in laws {
-            match written_fields(self.program, law) {
-                Some(fields) => state.extend(fields),
-                None => return BTreeSet::new(),
-            }
-        }
-        state
-    }
-
-    /// The fields that laws write of a state that they have as an argument; all that it has, if one of them is not read.
-    fn fields_of_state(&self, ty: &Ty) -> BTreeSet<String> {
-        let index = self.program.index;
-        let Ty::Adt(id, _) = ty else { return BTreeSet::new() };
-        let Shape::Struct(shape) = &index.type_def(*id).shape else { return BTreeSet::new() };
-        let mut state = BTreeSet::new();
-        for law in index.bodies_of_state(ty) {
-            let written = index.state_parameter(law).and_then(|number| written_fields_of(self.program, law, number));
-            match written.filter(|written| !written.is_empty()) {
-                Some(written) => state.extend(written),
-                None => return shape.fields.iter().map(|field| field.name.clone()).collect(),
-            }
-        }
-        state
+        state_fields(self.program, ty)
     }
 
     /// Whether what a filter is assigned is made of its own state, so that the assignment is no full reset:
@@ -189,4 +162,36 @@ impl<'a> Builder<'a> {
             (0u32..).map(ExprId).take(body.exprs.len()).any(reads)
         })
     }
+}
+
+/// The fields that the laws of a filter type write; none if that cannot be seen.
+pub(super) fn state_fields(program: &Program<'_>, ty: &Ty) -> BTreeSet<String> {
+    let index = program.index;
+    let Some(spec) = index.receiver_spec(ty) else { return fields_of_state(program, ty) };
+    let methods = spec.law.iter().flat_map(|group| &group.methods).flat_map(|name| index.methods(ty, name));
+    let laws = methods.filter_map(|owner| owner.function());
+    let mut state = BTreeSet::new();
+    for law in laws {
+        match written_fields(program, law) {
+            Some(fields) => state.extend(fields),
+            None => return BTreeSet::new(),
+        }
+    }
+    state
+}
+
+/// The fields that laws write of a state that they have as an argument; all that it has, if one of them is not read.
+fn fields_of_state(program: &Program<'_>, ty: &Ty) -> BTreeSet<String> {
+    let index = program.index;
+    let Ty::Adt(id, _) = ty else { return BTreeSet::new() };
+    let Shape::Struct(shape) = &index.type_def(*id).shape else { return BTreeSet::new() };
+    let mut state = BTreeSet::new();
+    for law in index.bodies_of_state(ty) {
+        let written = index.state_parameter(law).and_then(|number| written_fields_of(program, law, number));
+        match written.filter(|written| !written.is_empty()) {
+            Some(written) => state.extend(written),
+            None => return shape.fields.iter().map(|field| field.name.clone()).collect(),
+        }
+    }
+    state
 }

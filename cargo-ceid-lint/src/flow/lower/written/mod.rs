@@ -2,6 +2,7 @@
 
 mod cleared;
 mod places;
+mod settings;
 mod stand_ins;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,6 +16,7 @@ use crate::types::{Callee, LocalId, TypedBody};
 use cleared::Cleared;
 pub(super) use cleared::clears_all;
 use places::Part;
+pub use settings::{is_state_field, works_out_of_settings};
 use stand_ins::on_parameter;
 pub use stand_ins::{stands_in, stands_in_for_states};
 
