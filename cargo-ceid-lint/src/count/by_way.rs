@@ -1,7 +1,6 @@
 //! Samples that come to a filter by way of something else that keeps them: `window.push(sample); filter.update(window.mean())`.
 
-use super::cycles::named;
-use super::fed::is_computed_from;
+use super::fed::{is_computed_from, named};
 use super::search::Search;
 use crate::flow::{Computed, Effect, LoopId, NodeId, Place, Var};
 

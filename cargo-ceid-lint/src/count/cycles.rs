@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use super::aliases::Aliases;
 use super::by_way::feeds_by_way;
 use super::derived::Derived;
-use super::fed::{is_drained_by_count, is_lent_with_sample, is_mixed_with, lasts, passed_on, puts_aside, writes_fed};
+use super::fed::{
+    is_drained_by_count, is_lent_with_sample, is_mixed_with, lasts, named, passed_on, puts_aside, writes_fed,
+};
 use super::functions::FunctionKind;
 use super::given_away::is_given_away;
 use super::search::{Region, Search};
@@ -425,17 +427,6 @@ fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place, id: LoopId) 
         }
     }
     false
-}
-
-/// The places without what is only named on the way to the one before it: `frame` in `frame.speed`.
-pub(super) fn named(places: &[Place]) -> Vec<&Place> {
-    let is_on_way = |at: usize| {
-        let before = at.checked_sub(1).map(|before| &places[before]);
-        before.is_some_and(|before| {
-            before.base == places[at].base && before.steps.split_last().is_some_and(|(_, way)| *way == places[at].steps)
-        })
-    };
-    (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
 }
 
 /// Whether an update stands behind the question which round of a loop it is, and one round alone leads to it: `if channel == 0`.

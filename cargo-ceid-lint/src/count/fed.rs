@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
-use super::cycles::{named, receives};
+use super::cycles::receives;
 use super::derived::Derived;
 use super::instances::{may_hold_filter, place_ty};
 use super::search::Search;
@@ -60,6 +60,17 @@ pub(super) fn writes_fed(
         is_inside(*node) && is_emptied(place) && gives_sample(from) && aliases.roots(place).iter().any(feeds)
     };
     graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
+}
+
+/// The places without what is only named on the way to the one before it: `frame` in `frame.speed`.
+pub(super) fn named(places: &[Place]) -> Vec<&Place> {
+    let is_on_way = |at: usize| {
+        let before = at.checked_sub(1).map(|before| &places[before]);
+        before.is_some_and(|before| {
+            before.base == places[at].base && before.steps.split_last().is_some_and(|(_, way)| *way == places[at].steps)
+        })
+    };
+    (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
 }
 
 /// Whether something is computed in one step or several, by variables of a round, from what is looked for.

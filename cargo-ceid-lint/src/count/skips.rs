@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::counts::Count;
-use super::cycles::named;
+use super::fed::named;
 use super::gates::Asks;
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};

@@ -3,7 +3,7 @@
 use super::Gates;
 use super::sources::counts_shared;
 use super::time::{is_clock, names_timer};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::flow::{CallSite, ChangeKind, NodeId, Place, Test};
 use crate::index::Ty;
 

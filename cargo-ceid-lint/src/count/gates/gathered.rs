@@ -3,7 +3,7 @@
 
 use super::{Gates, Way};
 use crate::config::TimeBase;
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::flow::{ChangeKind, Effect, NodeId, Place};
 
 /// How many names are followed from the argument of a law to the sum that it is.

@@ -3,7 +3,7 @@
 use super::Gates;
 use super::sources::is_arithmetic;
 use super::state::is_pure;
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::search::Region;
 use crate::flow::{Computed, Effect, IndexKey, Place, Projection, Var};
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::Gates;
 use super::elements::ElementState;
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::flow::{Effect, IndexKey, LoopId, NodeId, Place, Projection, Test, Var};
 
 impl Gates<'_, '_> {

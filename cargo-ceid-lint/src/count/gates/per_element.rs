@@ -3,7 +3,7 @@
 //! element's, so that the round is judged as one.
 
 use super::{Gates, Way};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::given::place_of;
 use crate::count::search::{End, Region, Search};
 use crate::count::verdict::Gate;

@@ -2,7 +2,7 @@
 
 use super::sources::{counts_shared, is_arithmetic};
 use super::{Gates, Way, contains_any};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::sample::has_word;
 use super::{Gates, MAX_ORIGINS, Way};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::flow::{About, ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 

@@ -2,7 +2,7 @@
 
 use super::sources::is_arithmetic;
 use super::{Gates, Way};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{Computed, Effect, Limit, LoopId, NodeId, Place, Test};

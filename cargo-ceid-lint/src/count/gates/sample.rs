@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Sources, Way};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::given::{Given, given, place_of};
 use crate::count::search::{Region, Search};
 use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Test, Var};

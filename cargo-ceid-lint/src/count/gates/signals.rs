@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::time::{is_clock, is_moment_name};
 use super::{Gates, contains_any};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::flow::{Computed, Effect, NodeId, Place, Test, Told, Var, is_time_name};
 use crate::index::Ty;
 

@@ -1,7 +1,7 @@
 //! Conditions that change once or never: latches and settings.
 
 use super::{Gates, Way};
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::search::Region;
 use crate::flow::{
     Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
-use crate::count::cycles::named;
+use crate::count::fed::named;
 use crate::count::given::{Given, given, place_of};
 use crate::count::outcome::Outcome;
 use crate::count::search::Search;
