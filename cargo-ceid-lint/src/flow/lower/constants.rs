@@ -217,6 +217,9 @@ impl Constants<'_> {
     }
 }
 
+/// How many expressions a body may have to be looked through for the declaration of each truth value that it asks for.
+const MAX_SEARCHED: usize = 10_000;
+
 impl Constants<'_> {
     /// Whether an expression asks nothing but the build and its constants, by whatever name: `cfg!(feature = "notch")`,
     /// `!IS_BARE && has_notch()`. What it gives cannot change while the program runs.
@@ -242,7 +245,11 @@ impl Constants<'_> {
                 }
             }
             ExprKind::Block(block) if block.stmts.is_empty() => block.tail.is_some_and(next),
-            ExprKind::Path(_) if self.typed.expr_local.contains_key(&id) => self.initial(id).is_some_and(next),
+            // What a variable is declared with is looked for in all of the body.
+            ExprKind::Path(_) if self.typed.expr_local.contains_key(&id) => {
+                let is_short = self.body.exprs.len() <= MAX_SEARCHED;
+                is_short && *self.typed.ty(id) == Ty::Bool && self.initial(id).is_some_and(next)
+            }
             ExprKind::Path(_) => match self.typed.expr_def.get(&id) {
                 Some(Def::Value(value)) => !self.program.index.value(*value).item.is_static,
                 _ => false,
