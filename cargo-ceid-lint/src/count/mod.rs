@@ -81,6 +81,7 @@ mod uses;
 mod verdict;
 mod waits;
 mod warm_ups;
+mod whole_arrays;
 mod witness;
 
 pub use analyse::analyse;
