@@ -489,9 +489,9 @@ impl Builder<'_> {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
                 self.head_bit(subject, "-");
-                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(receiver), about)
+                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.presence_text(receiver), about)
             }
-            None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
+            None => self.branch_on_head(value, "+", "-", span, self.presence_text(receiver), about),
         }
     }
 }
