@@ -361,13 +361,12 @@ fn condition_text(text: &str, holds: bool) -> String {
     }
 }
 
+/// What the updates on a way are called that no guard runs; each from the fourth on has the last name.
+pub const ORDINALS: [&str; 4] = ["first", "second", "third", "another"];
+
 fn ordinal(number: u32) -> &'static str {
-    match number {
-        1 => "first",
-        2 => "second",
-        3 => "third",
-        _ => "another",
-    }
+    let at = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
+    ORDINALS[at.min(ORDINALS.len() - 1)]
 }
 
 /// The way through a function as those see it who call it.
