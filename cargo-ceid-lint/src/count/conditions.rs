@@ -136,8 +136,10 @@ fn hand_down(graphs: &mut [Option<ControlFlowGraph>], order: &[FunctionId]) {
     let mut given_heads: Vec<BTreeSet<Given>> = vec![BTreeSet::new(); graphs.len()];
     for id in order {
         let Some(graph) = &graphs[id.0 as usize] else { continue };
-        let own = graph.nodes.iter().filter_map(|node| match &node.effect {
-            Effect::Write(write) if write.head.is_some() => given(graph, &write.place),
+        // `fn enter(&mut self, to: u8) { if to == 1 { self.pi.reset(); } self.mode = to; }`
+        let copies_asked = |id: NodeId| graph.copied(id).is_some_and(|from| graph.subject_of(&from).is_some());
+        let own = graph.node_ids().filter_map(|id| match &graph.node(id).effect {
+            Effect::Write(write) if write.head.is_some() || copies_asked(id) => given(graph, &write.place),
             _ => None,
         });
         let of_calls = calls(graph).flat_map(|site| {

@@ -105,8 +105,12 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
     if updating.is_empty() || !is_one || search.asks_dropped(exploration, end) {
         return None;
     }
-    let (primary, _) = skip_place(search, exploration, end)?;
-    let witness = steps_inside(search, exploration, end).into_iter().chain(gates.near_miss(exploration, end)).collect();
+    // `bank.iter_mut().try_for_each(|lag| …)` has no statement that skips.
+    let early = loop_left(search, exploration, end).and_then(|place| ends_early(search, exploration, end, place));
+    let place = skip_place(search, exploration, end).map(|(primary, _)| primary);
+    let primary = place.or_else(|| early.as_ref().map(|step| step.span))?;
+    let mut witness = steps_inside(search, exploration, end);
+    witness.extend(gates.near_miss(exploration, end).into_iter().chain(early.filter(|_| place.is_none())));
     Some(Evidence { primary, witness })
 }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::behind::part_of;
 use super::declared::base_ty;
+use super::whole_arrays::all_keys;
 use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::Fields;
@@ -405,13 +406,20 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
     settled
 }
 
+/// The elements of a collection that are named by a constant.
+struct Named {
+    constants: BTreeSet<IndexKey>,
+    /// Whether these are all that there are.
+    are_all: bool,
+}
+
 /// The elements that are named by a constant in the step `at` of some place, by their collections.
 fn named_elements(
     index: &Index,
     graph: &ControlFlowGraph,
     places: &BTreeSet<Place>,
     at: usize,
-) -> BTreeMap<Place, BTreeSet<IndexKey>> {
+) -> BTreeMap<Place, Named> {
     let mut named: BTreeMap<Place, (Option<u64>, BTreeSet<IndexKey>)> = BTreeMap::new();
     for (place, key) in places.iter().filter_map(|place| Some((place, place.steps.get(at)?.key()?))) {
         let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
@@ -437,14 +445,12 @@ fn named_elements(
             _ => {}
         }
     }
-    let all = |(length, mut constants): (Option<u64>, BTreeSet<IndexKey>)| {
+    let all = |(length, constants): (Option<u64>, BTreeSet<IndexKey>)| {
         // An element that is never named while others are is an instance, too, where the array's length is known.
-        if let Some(length) = length
-            && constants.iter().any(|key| matches!(key, IndexKey::Number(_)))
-        {
-            constants.extend((0..length).map(IndexKey::Number));
+        match length.and_then(|length| all_keys(index, &constants, length)) {
+            Some(all) => Named { constants: all, are_all: true },
+            None => Named { constants, are_all: false },
         }
-        constants
     };
     named.into_iter().map(|(collection, found)| (collection, all(found))).collect()
 }
@@ -452,7 +458,7 @@ fn named_elements(
 /// The instances that a place stands for, as far as one of its steps goes; nothing where another place stood for the same.
 fn settle_step(
     graph: &ControlFlowGraph,
-    named: &BTreeMap<Place, BTreeSet<IndexKey>>,
+    named: &BTreeMap<Place, Named>,
     place: &Place,
     at: usize,
     done: &mut BTreeSet<Place>,
@@ -462,9 +468,11 @@ fn settle_step(
     };
     let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
     let with_key = |key: &IndexKey| collection.join(&[step.with_key(key.clone())]).join(&place.steps[at + 1..]);
-    let constants = named.get(&collection).filter(|constants| !constants.is_empty());
-    match (own, constants) {
-        (IndexKey::Named(_) | IndexKey::Literal(_), _) | (IndexKey::Number(_), None) => vec![place.clone()],
+    let named = named.get(&collection).filter(|named| !named.constants.is_empty());
+    let are_all = named.is_some_and(|named| named.are_all);
+    match (own, named.map(|named| &named.constants)) {
+        (IndexKey::Named(_) | IndexKey::Literal(_), _) if !are_all => vec![place.clone()],
+        (IndexKey::Number(_), None) => vec![place.clone()],
         // Only the pairs of keys that the code writes are channels.
         (IndexKey::Number(_), _) if matches!(step, Projection::Channel(_)) => vec![place.clone()],
         (IndexKey::Var(var), _) if graph.var(*var).param.is_some() => vec![place.clone()],

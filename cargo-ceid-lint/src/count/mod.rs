@@ -81,6 +81,7 @@ mod uses;
 mod verdict;
 mod waits;
 mod warm_ups;
+mod whole_arrays;
 mod witness;
 
 pub use analyse::analyse;
@@ -92,6 +93,6 @@ pub use monomorphise::monomorphise;
 pub use remarks::{Fact, Remark};
 pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict, is_guard_rule};
 pub use witness::{
-    BY_CALL, BY_GUARD, CALL_REPEATS, ENDS_EARLY, GOES_ON, NO_RESET, OF_COPY, OTHER_RATE, PARTIAL, TAKEN, TRADES,
-    WAYS_AGAIN, macro_again,
+    BY_CALL, BY_GUARD, CALL_REPEATS, ENDS_EARLY, GOES_ON, NO_RESET, OF_COPY, ORDINALS, OTHER_RATE, PARTIAL, TAKEN,
+    TRADES, WAYS_AGAIN, macro_again,
 };

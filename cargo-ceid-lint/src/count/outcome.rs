@@ -15,6 +15,8 @@ pub(super) struct Outcome {
     /// How far the state that it gives back is ahead of the one that it was given, if it hands one through.
     pub(super) ahead: Count,
     pub(super) reset: bool,
+    /// Whether a reset is behind its last update, so that nothing of that is left: `filter.update(x); if x < 0.0 { filter.reset(); }`.
+    pub(super) renewed: bool,
     pub(super) unknown: Option<Cause>,
     /// Whether some update on the way was not a guard's.
     pub(super) direct: bool,
@@ -48,6 +50,7 @@ impl Outcome {
             count: Count::Zero,
             ahead: Count::Zero,
             reset: false,
+            renewed: false,
             unknown: Some(cause),
             direct: true,
             returned: returned::ANY,

@@ -20,7 +20,9 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
         let node = exploration.states[at].node;
         return skip_inside(search, node).map(|inner| (inner.primary, Some(search.graph.node(node).span)));
     }
-    let decided = end.state.skipped_at?;
+    let Some(decided) = end.state.skipped_at else {
+        return way_out_of_rounds(search, exploration, end).map(|out| (search.graph.node(out).span, None));
+    };
     let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
     let from = nodes.iter().position(|node| *node == decided)?;
     let behind = &nodes[from..];
@@ -255,6 +257,23 @@ fn loop_passed(search: &Search<'_>, exploration: &Exploration, end: &End) -> Opt
         Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
         _ => None,
     })
+}
+
+/// The way out of a loop over the elements that is taken in the round of another one: `for lag in &mut lags { if full { break; } … }`.
+pub(super) fn way_out_of_rounds(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<NodeId> {
+    let graph = search.graph;
+    if end.state.skipped_at.is_some() || end.state.count != Count::Zero {
+        return None;
+    }
+    let id = loop_passed(search, exploration, end)?;
+    let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
+    let leaves = |at: usize| {
+        let node = graph.node(nodes[at]);
+        let is_inside = graph.loops_around(nodes[at]).any(|around| around == id);
+        let is_out = matches!(node.effect, Effect::Mark(Mark::Return | Mark::Break));
+        is_inside && is_out && !stays_beside(search, &nodes[at..])
+    };
+    (0..nodes.len()).rev().find(|at| leaves(*at)).map(|at| nodes[at])
 }
 
 /// What is said where a way goes past elements because the method that runs the updates ends before them.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::counts::Count;
 use super::decide::{changes, head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
-use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
+use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside, way_out_of_rounds};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{ControlFlowGraph, Effect, GuardInfo, Mark, NodeId, Place, Test, Transfer, in_words};
 use crate::source::Span;
@@ -87,6 +87,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let deciding = search.branches_before(told);
     let mut updates = 0;
     let in_round = skips_in_round(search, exploration, end);
+    let out_of_rounds = way_out_of_rounds(search, exploration, end);
     // What the last step asks, if it is a condition.
     let mut asked: Option<Span> = None;
     for (number, at) in path.iter().enumerate() {
@@ -165,7 +166,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
                 let is_reason = || deciding.contains(&state.node) || switches(search, state.node, &deciding);
-                let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many && is_reason();
+                let leads_out = || out_of_rounds.is_some_and(|out| search.decides(state.node, out));
+                let decides = end.state.skipped_at == Some(state.node)
+                    || end.state.count == Count::Many && is_reason()
+                    || leads_out();
                 // Which of several futures ends first is no question of the code.
                 let is_choice = test.about.is_event && test.subject.is_none() && !test.text.contains(" is ");
                 // A pattern in the rules of a macro is not to be seen where it is called.
@@ -357,13 +361,12 @@ fn condition_text(text: &str, holds: bool) -> String {
     }
 }
 
+/// What the updates on a way are called that no guard runs; each from the fourth on has the last name.
+pub const ORDINALS: [&str; 4] = ["first", "second", "third", "another"];
+
 fn ordinal(number: u32) -> &'static str {
-    match number {
-        1 => "first",
-        2 => "second",
-        3 => "third",
-        _ => "another",
-    }
+    let at = usize::try_from(number.saturating_sub(1)).unwrap_or(usize::MAX);
+    ORDINALS[at.min(ORDINALS.len() - 1)]
 }
 
 /// The way through a function as those see it who call it.

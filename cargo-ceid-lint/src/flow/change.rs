@@ -108,6 +108,10 @@ pub enum ChangeKind {
     Fills,
     /// What is there is taken out of an option: a message is read, or a value is put back later.
     Empties,
+    /// Bits of it are set, and none is cleared: `flags |= read()`.
+    Raises,
+    /// Bits of it are cleared, and none is set.
+    Lowers,
     /// It has nothing to do with the one before.
     Other,
 }

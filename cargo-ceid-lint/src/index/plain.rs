@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Index, Owner, Shape, Ty, TypeId};
+use crate::syntax::tree::Variant;
 
 impl Index {
     /// Whether values of a type are the same as long as nobody has them to himself: numbers, texts, and what consists of such.
@@ -56,6 +57,21 @@ impl Index {
             Shape::Enum(variants) => Some(variants.iter().map(|variant| variant.name.as_str()).collect()),
             Shape::Struct(_) => None,
         })
+    }
+
+    /// The enums of that name.
+    pub fn enums_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = TypeId> + 'a {
+        let all = (0u32..).map(TypeId).zip(&self.types);
+        all.filter(move |(_, def)| def.name == name && matches!(def.shape, Shape::Enum(_))).map(|(id, _)| id)
+    }
+
+    /// The variants of an enum.
+    #[must_use]
+    pub fn variants_of(&self, id: TypeId) -> Option<&[Variant]> {
+        match &self.type_def(id).shape {
+            Shape::Enum(variants) => Some(variants),
+            Shape::Struct(_) => None,
+        }
     }
 
     /// The types of the fields of a type of the analysed code, of all its variants.

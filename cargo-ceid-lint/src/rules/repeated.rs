@@ -1,9 +1,12 @@
 //! What is said of a filter that one cycle updates more than once, and of siblings that it was pasted over.
 
+use std::collections::BTreeSet;
+
 use super::find;
 use super::findings::{GUARD_HELP, by_half, names, others, quoted, start, suppression};
-use crate::count::{BY_CALL, BY_GUARD, CALL_REPEATS, Cycle, Pair, TRADES, WAYS_AGAIN, macro_again};
+use crate::count::{BY_CALL, BY_GUARD, CALL_REPEATS, Cycle, ORDINALS, Pair, TRADES, WAYS_AGAIN, macro_again};
 use crate::diagnostic::{Diagnostic, WitnessStep};
+use crate::source::Span;
 
 /// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
 /// the sibling, and no procedure with the owner of both.
@@ -15,7 +18,20 @@ pub(super) fn can_be_sibling(pair: &Pair, sibling: &str) -> bool {
     });
     let is_call = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
     let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| names_part(&step.message, owner));
-    pair.witness.iter().filter(is_call).all(says_so)
+    let mut calls = pair.witness.iter().filter(is_call);
+    calls.clone().all(says_so) || calls.any(|step| is_told_which(&step.message))
+}
+
+/// Whether each round of an inner loop tells a function which filter it is for: `for leg in [Leg::Front, Leg::Rear] { legs.sense(leg) }`.
+fn is_told_which(message: &str) -> bool {
+    let call = message.strip_suffix(WAYS_AGAIN[0]).and_then(|message| message.split('`').nth(1));
+    let args = call.and_then(|call| call.split_once('(')).map(|(_, args)| args.trim_end_matches(')'));
+    let is_name = |arg: &str| {
+        let name = arg.trim().trim_start_matches(['*', '&']);
+        let is_word = name.chars().all(|char| char.is_lowercase() || char.is_ascii_digit() || char == '_');
+        is_word && name.starts_with(char::is_lowercase) && name != "self"
+    };
+    args.is_some_and(|args| args.split(',').any(is_name))
 }
 
 /// Whether a text has a place in it, or what a pattern or an alias calls it by: `stage.left` for `self.stages[*].left`.
@@ -141,8 +157,13 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners:
     let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
     let by_other_guard = pair.witness.iter().any(|step| step.message.ends_with(WAYS_AGAIN[1]));
     let by_guard = pair.witness.iter().find(|step| step.message == BY_GUARD);
+    let by_several_guards = pair.witness.iter().filter(|step| step.message == BY_GUARD).count() > 1;
+    let is_by_hand = |step: &WitnessStep| ORDINALS.iter().any(|number| step.message.starts_with(number));
+    let by_hand: BTreeSet<Span> = pair.witness.iter().filter(|step| is_by_hand(step)).map(|step| step.span).collect();
     let is_last = by_guard.is_some_and(|step| step.span == primary);
     let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or(if is_last { ", by the guard" } else { "" });
+    let is_at_call = |step: &WitnessStep| step.span == primary && is_told_which(&step.message);
+    let by_rounds = pair.witness.iter().any(is_at_call);
     let of_macro = pair.witness.iter().filter(|step| step.span == primary).find_map(|step| macro_again(&step.message));
     let how = of_macro.map_or_else(|| how.to_owned(), |name| format!(": `{name}` writes it more than once"));
     // What a function does twice that is no part of the project is shown at the call.
@@ -162,14 +183,20 @@ pub(super) fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair], partners:
         finding.witness.steps = together(&group);
     }
     finding.helps.push(match siblings.as_slice() {
-        [] if by_other_guard => format!("register {} with one of the guards only", names(&group)),
+        [] if by_other_guard || by_several_guards && by_hand.is_empty() => {
+            format!("register {} with one of the guards only", names(&group))
+        }
         [] if by_guard.is_some() => format!("leave {} to the guard, and remove the update by hand", names(&group)),
         [] if is_one_call => format!("update each of {them} once: by this call, or where it is updated before"),
         [] if !partners.is_empty() => {
             "update all of them before they change places, or all of them behind that".to_owned()
         }
         [] if let Some(name) = of_macro => format!("update it before, and give `{name}` what comes of it"),
+        [] if how == WAYS_AGAIN[0] && by_hand.len() < 2 => {
+            "update it once for all rounds of the inner loop: behind it, with what they come to".to_owned()
+        }
         [] => "keep one of the updates".to_owned(),
+        siblings if by_rounds => format!("let one of the rounds come to {}", quoted(siblings)),
         siblings => format!("update {} here instead", quoted(siblings)),
     });
     finding.helps.extend(by_guard.is_none().then(|| GUARD_HELP.to_owned()));

@@ -1,6 +1,7 @@
 //! Counts that are asked for a number that they come to: once, where they stop there, or again and again, where they come round.
 
 use super::passed::TakenBack;
+use super::rate::CountSteps;
 use super::{Gates, Way};
 use crate::flow::{ChangeKind, NodeId, OTHER_HEADS, Place, Tally, Test};
 
@@ -55,6 +56,29 @@ impl Gates<'_, '_> {
             && counting.iter().all(|id| stops(*id))
             && !self.calls_write(place)
             && !self.reached(goes_by)[at.0 as usize]
+            && !self.is_set_elsewhere(place)
+    }
+
+    /// Whether a comparison waits until a count has come to a number, once: it goes on in each cycle that waits for it.
+    pub(super) fn is_warmed_up(&self, test: &Test, at: NodeId, place: &Place, way: &Way, steps: CountSteps) -> bool {
+        let counts_on = self.counts_while_closed(place, at, way);
+        // What counts up opens where it is large, what counts down where it is small.
+        let opens = self.waits_below(test, at, place).is_none_or(|below| below == steps.up);
+        let is_for_good = !self.comes_round(place);
+        steps.is_one_way() && test.about.is_comparison && counts_on && opens && is_for_good
+    }
+
+    /// `if n < FULL { n += 1; if x > LIMIT { n = 0; } continue; }`: a count that begins anew only while it is not done.
+    pub(super) fn is_begun_anew_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+        let Some(closed) = way.after(at) else { return false };
+        let goes_past = |node: NodeId, edge: usize| {
+            node != at || self.search.graph.node(node).next.get(edge).is_some_and(|next| *next != closed)
+        };
+        let otherwise = self.reached(goes_past);
+        let is_closed = |node: NodeId| !otherwise[node.0 as usize];
+        let sets_back = |id: &NodeId| self.is_set_back(*id, place);
+        self.assigning(place).filter(sets_back).all(is_closed)
+            && !self.calls_write(place)
             && !self.is_set_elsewhere(place)
     }
 

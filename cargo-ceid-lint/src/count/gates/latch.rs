@@ -4,7 +4,7 @@ use super::passed::TakenBack;
 use super::{Gates, Way};
 use crate::count::given::place_of;
 use crate::count::verdict::Gate;
-use crate::flow::{Assignment, Effect, Head, NodeId, Place, SubjectId, Test};
+use crate::flow::{Assignment, ChangeKind, Effect, Head, NodeId, Place, SubjectId, Test};
 
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
@@ -24,6 +24,9 @@ impl Gates<'_, '_> {
                 && write.place.base == place.base
                 && place.steps.starts_with(&write.place.steps)
         };
+        // What is set opens the way to the update; a latch that closes it for good is no start-up.
+        let opens = self.heads_past(test, at, way);
+        let mut opens_bit = false;
         for id in self.nodes() {
             let effect = &graph.node(id).effect;
             if let Effect::Write(write) | Effect::Set(write) = effect
@@ -34,19 +37,35 @@ impl Gates<'_, '_> {
             {
                 match &write.head {
                     Some(head) => heads.push(head),
+                    None if self.only_opens_bit(id, place, &opens) => opens_bit = true,
                     None => computed.push(id),
                 }
             }
         }
-        // What is set opens the way to the update; a latch that closes it for good is no start-up.
-        let opens = self.heads_past(test, at, way);
         let is_opened = match (heads.first(), opens.as_slice()) {
             (Some(first), _) => heads.iter().all(|head| head == first) && opens.iter().any(|head| head == first),
-            (None, [_]) => !computed.is_empty(),
+            (None, [_]) => !computed.is_empty() || opens_bit,
             (None, _) => false,
         };
         is_opened
             && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
+    }
+
+    /// Whether a node changes a number of which a place is a bit, and leaves that as it is or opens the way by it:
+    /// `ready |= self.poll(); if ready & GPS != 0 { … }`.
+    fn only_opens_bit(&self, id: NodeId, place: &Place, opens: &[String]) -> bool {
+        let is_number_around = match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => {
+                write.place.steps.len() + 1 == place.steps.len() && place.lies_at(&write.place)
+            }
+            _ => false,
+        };
+        let opened = match self.change(id) {
+            Some(ChangeKind::Raises) => "true",
+            Some(ChangeKind::Lowers) => "false",
+            _ => return false,
+        };
+        is_number_around && opens == [opened]
     }
 
     /// The heads that calls give a place, as in `None => self.search(x)`; `None` if one of them may write something else there.

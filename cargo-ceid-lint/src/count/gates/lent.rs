@@ -3,7 +3,7 @@
 
 use super::Gates;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, Place, Test, deciding, told};
+use crate::flow::{CallSite, ChangeKind, Effect, Place, Test, deciding, told};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::Body;
 
@@ -15,7 +15,8 @@ impl Gates<'_, '_> {
         }
         let changing = self.deciding_over(test);
         if changing.is_empty() {
-            return Some(Some(if self.changes_owner() { Gate::Mode } else { Gate::Config }));
+            let is_mode = self.changes_owner() || self.drops_filter();
+            return Some(Some(if is_mode { Gate::Mode } else { Gate::Config }));
         }
         let is_mode = changing.iter().all(|place| {
             let mut assigning = self.assigning(place).peekable();
@@ -24,6 +25,22 @@ impl Gates<'_, '_> {
                 && !self.calls_write(place)
         });
         Some(is_mode.then_some(Gate::Mode))
+    }
+
+    /// Whether the cycle gives the filter up, here or in a helper: another one begins anew. `self.lp = None;`
+    fn drops_filter(&self) -> bool {
+        let graph = self.search.graph;
+        let instance = self.search.instance;
+        self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => {
+                let is_taken = self.change(id) == Some(ChangeKind::Empties);
+                write.head.as_deref() == Some("-") && !write.rebinds && !is_taken && instance.lies_at(&write.place)
+            }
+            Effect::Call(site) => self
+                .sets_by(site, instance)
+                .any(|(head, change)| head.as_deref() == Some("-") && change != ChangeKind::Empties),
+            _ => false,
+        })
     }
 
     /// Whether a lock is asked for that is not waited for, which fails while another holds it: that is no setting.

@@ -9,6 +9,9 @@ use crate::count::summary::Summary;
 use crate::flow::{ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Subject, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
+/// How many values one behind another are followed to where a state was chosen.
+const MAX_COPIES: u32 = 4;
+
 /// Whether something else takes a state back to where the filter pauses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TakenBack {
@@ -93,9 +96,11 @@ impl Gates<'_, '_> {
         for at in self.nodes() {
             let (Effect::Write(write) | Effect::Set(write)) = &graph.node(at).effect else { continue };
             if write.place == *place {
-                match &write.head {
-                    Some(head) if opens(head) => is_opened = true,
-                    _ => closing.push(at),
+                for (given_at, head) in self.given_through(at, place, 0) {
+                    match head {
+                        Some(head) if opens(head) => is_opened = true,
+                        _ => closing.push(given_at),
+                    }
                 }
             } else if !write.rebinds && write.place.overlaps(place) && write.place.steps.len() < place.steps.len() {
                 return false;
@@ -109,6 +114,25 @@ impl Gates<'_, '_> {
             self.own_states.borrow_mut().insert(place.clone(), opening);
         }
         is_passed
+    }
+
+    /// The heads that a node gives a state, each with the node at which it was chosen: `stage = match stage { … }`. What leaves the state
+    /// as it is found gives it none.
+    fn given_through(&self, at: NodeId, state: &Place, copies: u32) -> Vec<(NodeId, Option<&Head>)> {
+        let graph = self.search.graph;
+        let (Effect::Write(write) | Effect::Set(write)) = &graph.node(at).effect else { return vec![(at, None)] };
+        if write.head.is_some() {
+            return vec![(at, write.head.as_ref())];
+        }
+        let Some(from) = graph.copied(at).filter(|_| copies < MAX_COPIES) else { return vec![(at, None)] };
+        if self.copied_from(&from) == *state {
+            return Vec::new();
+        }
+        let chosen: Vec<NodeId> = self.assigning(&from).collect();
+        if self.outlives(&from) || chosen.is_empty() || self.calls_write(&from) {
+            return vec![(at, None)];
+        }
+        chosen.into_iter().flat_map(|at| self.given_through(at, state, copies + 1)).collect()
     }
 
     /// Whether an iteration that finds a state open comes to a node that closes it.

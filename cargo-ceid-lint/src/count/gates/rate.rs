@@ -1,5 +1,6 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
+use super::signals::may_be_time;
 use super::sources::{counts_shared, is_arithmetic};
 use super::{Gates, Way, contains_any};
 use crate::count::fed::named;
@@ -7,13 +8,16 @@ use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test, is_shared_number};
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 
 /// Parts of the names of functions that give the number of a cycle.
 pub(super) const COUNTERS: &[&str] = &[
     "tick", "count", "cycle", "index", "seq", "iter", "frame", "step", "number", "load", "now", "milli", "micro",
     "time",
 ];
+
+/// Parts of the names of functions that give a measured value.
+const READINGS: &[&str] = &["adc", "sens", "measur"];
 
 /// How a counter changes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,17 +82,19 @@ impl Gates<'_, '_> {
             if counts && self.goes_round(place, at) && self.counts_while_closed(place, at, way) {
                 return Some(Gate::Rate);
             }
+            if steps.set_back && self.is_begun_anew_while_closed(place, at, way) {
+                return self.is_warmed_up(test, at, place, way, steps).then_some(Gate::Startup);
+            }
             if steps.set_back {
                 // A count that begins anew in each cycle, or is given up by the skip, is of something else than cycles.
                 let is_carried = self.carries(place, at);
                 let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
-                // A count of errors closes the gate, and another event than its running out opens that.
-                let counts_on =
-                    !self.is_open_at_first(test, at, place, steps) || self.counts_while_closed(place, at, way);
+                // What counts errors, or the cycles in which something was received, opens the gate with these.
+                let counts_on = self.adds_up_while_closed(place, at, way) && self.counts_no_reading(place);
                 let is_rate = is_carried && !is_given_up && counts_on && self.runs_out(place);
                 return (is_rate && !self.is_held_off(place)).then_some(Gate::Rate);
             }
-            if (steps.up || steps.sums) && self.is_used_up(place, at, way) {
+            if (steps.up || steps.sums) && self.is_used_up(place, at, way) && self.counts_no_reading(place) {
                 return Some(Gate::Rate);
             }
             if steps.up && self.is_deadline(test, place, at, way) {
@@ -100,13 +106,7 @@ impl Gates<'_, '_> {
             if self.is_counted_up_to(test, at, place, way) {
                 return Some(Gate::Startup);
             }
-            // A warm-up goes on in each cycle that waits for it.
-            let counts_on = self.counts_while_closed(place, at, way);
-            // What counts up opens where it is large, what counts down where it is small.
-            let opens = self.waits_below(test, at, place).is_none_or(|below| below == steps.up);
-            let is_for_good = !self.comes_round(place);
-            (steps.is_one_way() && test.about.is_comparison && counts_on && opens && is_for_good)
-                .then_some(Gate::Startup)
+            self.is_warmed_up(test, at, place, way, steps).then_some(Gate::Startup)
         })
     }
 
@@ -190,6 +190,25 @@ impl Gates<'_, '_> {
         changes.then_some(steps)
     }
 
+    /// Whether nothing is added to a count but steps, times, and how much there was of something: a reading is none of these.
+    fn counts_no_reading(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let gives_float = |name: &String| {
+            self.nodes().any(|id| match &graph.node(id).effect {
+                Effect::Call(site) => {
+                    let is_it = |target: &FunctionId| self.search.program.index.function(*target).name == *name;
+                    matches!(graph.var(site.result).ty, Ty::Float) && site.targets.iter().any(is_it)
+                }
+                _ => false,
+            })
+        };
+        let is_reading = |name: &String| !may_be_time(name) && (contains_any(name, READINGS) || gives_float(name));
+        self.assigning(place).all(|id| {
+            let change = graph.changes.get(&id).filter(|change| change.kind == ChangeKind::Accumulates);
+            change.is_none_or(|change| !self.assignments().behind(&change.computed).calls.iter().any(is_reading))
+        })
+    }
+
     /// Whether an assignment adds what is the same in all iterations.
     pub(super) fn goes_on_by_setting(&self, id: NodeId) -> bool {
         let change = self.search.graph.changes.get(&id);
@@ -235,24 +254,30 @@ impl Gates<'_, '_> {
         }
     }
 
-    /// Whether a gate is open as long as nothing is counted.
-    fn is_open_at_first(&self, test: &Test, at: NodeId, place: &Place, steps: CountSteps) -> bool {
-        if let Some(below) = self.waits_below(test, at, place) {
-            return !steps.sums && below != steps.up;
-        }
-        let opens = self.opening_heads(test, at);
-        self.assigning(place).any(|id| match &self.search.graph.node(id).effect {
-            Effect::Write(write) | Effect::Set(write) => write.head.as_ref().is_some_and(|head| opens.contains(head)),
-            _ => false,
-        })
-    }
-
     /// Whether every iteration counts that comes to a branch and goes on from there as a way does, or starts anew where the count
     /// has run out.
     pub(super) fn counts_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+        self.goes_on_while_closed(place, at, way, &|node| self.counts_at(node, place))
+    }
+
+    /// The same for what may add up how much there was of something, or count the samples that feed the filter.
+    fn adds_up_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+        let adds = |node: NodeId| self.assigns(node, place) && self.change(node) == Some(ChangeKind::Accumulates);
+        // A setting that stops the count for good is one that stops the filter.
+        let lacks = |node: NodeId| match &self.search.graph.node(node).effect {
+            Effect::Branch(test) => {
+                let is_sample = test.about.asks_presence() && self.feeds_sample(test);
+                is_sample || test.subject.is_some() && self.is_unchanging(test)
+            }
+            _ => false,
+        };
+        self.goes_on_while_closed(place, at, way, &|node| self.counts_at(node, place) || adds(node) || lacks(node))
+    }
+
+    fn goes_on_while_closed(&self, place: &Place, at: NodeId, way: &Way, counts: &dyn Fn(NodeId) -> bool) -> bool {
         let before = self.before_asking(place);
         let starts_anew = |node: NodeId| self.is_set_back(node, place) && !before[node.0 as usize];
-        let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place) && !starts_anew(node);
+        let goes_by = |node: NodeId, _: usize| !counts(node) && !starts_anew(node);
         !self.reached(goes_by)[at.0 as usize] || !way.after(at).is_some_and(|next| self.completes(next, goes_by))
     }
 

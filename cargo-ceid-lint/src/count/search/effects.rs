@@ -157,10 +157,13 @@ impl Run<'_, '_> {
                 let Some(masks) = self.asked(&next, outcome, site) else { continue };
                 next.masks = masks;
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
-                if outcome.reset {
+                if outcome.reset && !outcome.renewed {
                     self.rejuvenate(&mut next);
                 }
                 self.add(&mut next, outcome.count);
+                if outcome.renewed {
+                    self.rejuvenate(&mut next);
+                }
                 if outcome.count == Count::Many {
                     next.count = Count::Many;
                 }

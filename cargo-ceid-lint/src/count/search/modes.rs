@@ -156,22 +156,34 @@ impl Search<'_> {
     }
 }
 
+impl State {
+    /// Whether nothing is left of an update before.
+    pub(super) fn is_renewed(&self) -> bool {
+        self.age == Age::Fresh
+    }
+}
+
 impl Run<'_, '_> {
     /// The whole state is reset.
     pub(super) fn rejuvenate(&self, state: &mut State) {
-        if self.mode.is_some() && state.age != Age::Resumed {
+        if self.follows_age() && state.age != Age::Resumed {
             state.age = Age::Fresh;
         }
     }
 
     /// A law runs.
     pub(super) fn wake(&self, state: &mut State) {
-        if self.mode.is_some() {
+        if self.follows_age() {
             state.age = match state.age {
                 Age::Fresh | Age::Live => Age::Live,
                 Age::Stale | Age::Resumed => Age::Resumed,
             };
         }
+    }
+
+    /// Whether it matters what is left of the last update: for a mode, and for callers that ask whether a reset is behind it.
+    fn follows_age(&self) -> bool {
+        self.mode.is_some() || self.tells_renewal
     }
 
     /// The age at the end of an iteration: a pause that the mode made leaves what it found behind.

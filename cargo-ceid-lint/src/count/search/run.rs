@@ -46,6 +46,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
+    /// Whether callers are to know if a reset is behind the last update.
+    pub(super) tells_renewal: bool,
     /// What is still needed at each node, once there are many states.
     pub(super) needed: Option<super::live::Needed>,
     /// What is left of what is known, by that and by what is needed.
@@ -80,6 +82,7 @@ impl<'s, 'a> Run<'s, 'a> {
             seen: FxHashSet::default(),
             queue: VecDeque::new(),
             mode: None,
+            tells_renewal: false,
             needed: None,
             reduced: FxHashMap::default(),
             of_caller: Vec::new(),

@@ -33,6 +33,7 @@ impl Search<'_> {
         let exploration = self.explored(region, &self.starts(region), &|run| {
             run.count_own_loops();
             run.tell_assumed();
+            run.tells_renewal = true;
         });
         let gates = super::super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
@@ -82,6 +83,7 @@ impl Search<'_> {
                 count: end.state.count,
                 ahead: end.ahead,
                 reset: end.state.reset,
+                renewed: end.state.count != Count::Zero && end.state.reset && end.state.is_renewed(),
                 unknown: if end.has_left { Some(moved()) } else { unknown },
                 direct: end.state.direct,
                 returned,

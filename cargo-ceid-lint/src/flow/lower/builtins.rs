@@ -59,7 +59,7 @@ impl Builder<'_> {
             }
             "fill" => {
                 if let ([given], [arg]) = (values.as_slice(), args) {
-                    self.keep_clones(given, *arg);
+                    self.hand_clones(given, *arg);
                 }
                 Value::default()
             }
@@ -200,7 +200,7 @@ impl Builder<'_> {
             "clear" | "fill" if self.makes_anew(receiver, method) => {
                 for arg in args {
                     let given = self.expr(*arg);
-                    self.keep_clones(&given, *arg);
+                    self.hand_clones(&given, *arg);
                 }
                 self.write_whole(value, &Value::default(), span);
                 self.note_pointed(self.ty(receiver).peel());
@@ -477,9 +477,9 @@ impl Builder<'_> {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
                 self.head_bit(subject, "-");
-                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(receiver), about)
+                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.presence_text(receiver), about)
             }
-            None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
+            None => self.branch_on_head(value, "+", "-", span, self.presence_text(receiver), about),
         }
     }
 }

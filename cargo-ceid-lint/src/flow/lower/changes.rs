@@ -36,6 +36,8 @@ impl Builder<'_> {
             Some("%") => ChangeKind::Wraps,
             Some(op @ ("+" | "-")) => self.added(target, value, op == "+"),
             Some("^") if matches!(self.constant_head(value).as_deref(), Some("true" | "1")) => ChangeKind::Toggles,
+            Some("|") if *self.ty(target).peel() == Ty::Int => ChangeKind::Raises,
+            Some("&") if *self.ty(target).peel() == Ty::Int => ChangeKind::Lowers,
             Some(_) => ChangeKind::Other,
         };
         let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();

@@ -385,7 +385,7 @@ impl Builder<'_> {
                     && !matches!(self.body().expr(subject).kind, ExprKind::Literal(_))
                     && let Some(pure) = self.pure(subject)
                 {
-                    let total = self.total_heads(self.ty(subject));
+                    let total = self.all_heads(subject);
                     return (Some((pure, total)), vec![head], negated);
                 }
             }

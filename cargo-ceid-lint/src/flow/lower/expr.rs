@@ -389,6 +389,14 @@ impl Builder<'_> {
         Some(collection)
     }
 
+    /// The same for what may have no handles: it is handed over, and is no filter of its own any more.
+    pub(super) fn hand_clones(&mut self, value: &Value, expr: ExprId) {
+        let clones = self.keep_clones(value, expr);
+        if clones.is_none() && value.place.is_some() && self.may_hold_filter(self.ty(expr)) {
+            self.keep(value, expr);
+        }
+    }
+
     /// What a closure gives for each element may be a handle to the same each time.
     pub(super) fn keep_result(&mut self, closure: ClosureRef, value: &Value) {
         let body = self.frames[closure.frame].body;

@@ -120,6 +120,11 @@ impl Builder<'_> {
             return self.iterator_value(source);
         }
         let values = self.values(args);
+        if matches!(path, "std::iter::repeat" | "std::iter::repeat_n")
+            && let ([repeated, ..], [arg, ..]) = (values.as_slice(), args)
+        {
+            self.hand_clones(repeated, *arg);
+        }
         if let ("from" | "from_iter", [given]) = (last, values.as_slice())
             && let Some(found) = self.converted_references(id, given)
         {

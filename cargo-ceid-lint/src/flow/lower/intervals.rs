@@ -241,7 +241,10 @@ impl Builder<'_> {
         };
         let is_told = |set: &Assignment| set.head.is_some() || set.same_as.is_some_and(|from| self.gives_number(from));
         let counts = |id: &NodeId, set: &Assignment| {
-            !set.rebinds && self.graph.changes.get(id).is_some_and(|change| change.kind != ChangeKind::Other)
+            !set.rebinds
+                && self.graph.changes.get(id).is_some_and(|change| {
+                    !matches!(change.kind, ChangeKind::Other | ChangeKind::Raises | ChangeKind::Lowers)
+                })
         };
         // What it begins with is gone where a round gives it another value.
         let is_begun = |id: &NodeId| self.graph.node(*id).in_loop.is_none();

@@ -104,7 +104,7 @@ impl Builder<'_> {
             return;
         }
         let about = self.about_presence(receiver, Vec::new());
-        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
+        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.presence_text(receiver), about);
         self.resume(bad);
         self.diverge(span);
         self.resume(good);
@@ -116,8 +116,7 @@ impl Builder<'_> {
             return;
         }
         let about = self.about_presence(receiver, Vec::new());
-        let is_option = self.ty(receiver).peel().external_name() == Some("Option");
-        let asked = if is_option { format!("let Some(_) = {}", self.text(receiver)) } else { self.text(receiver) };
+        let asked = self.presence_text(receiver);
         let (present, absent) = self.branch_on_head(value, "+", "-", span, asked, about);
         let after = self.add_node(Effect::Nothing, span);
         self.resume(absent);
@@ -126,6 +125,16 @@ impl Builder<'_> {
         self.resume(present);
         self.jump(after);
         self.resume_if_reached(after);
+    }
+
+    /// How it is told whether something is there or was successful: neither holds or does not hold.
+    pub(super) fn presence_text(&self, asked: ExprId) -> String {
+        let text = self.text(asked);
+        match self.ty(asked).peel().external_name() {
+            Some("Option") => format!("let Some(_) = {text}"),
+            Some("Result" | "LockResult") => format!("{text}?"),
+            _ => text,
+        }
     }
 
     /// Notes what the names are computed from that a closure gives to what an option holds; answers these.
@@ -292,9 +301,9 @@ impl Builder<'_> {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
                 self.head_bit(subject, "-");
-                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(expr), about)
+                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.presence_text(expr), about)
             }
-            None => self.branch_on_head(value, "+", "-", span, self.text(expr), about),
+            None => self.branch_on_head(value, "+", "-", span, self.presence_text(expr), about),
         }
     }
 

@@ -184,7 +184,7 @@ impl Builder<'_> {
             None => pure,
         };
         let text = self.text(scrutinee);
-        let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
+        let total = self.all_heads(scrutinee).map(Rc::from);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let pure = match pure {
             None if self.at.is_some() => {
@@ -225,7 +225,7 @@ impl Builder<'_> {
         about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
         // `if let Ok(Event::Tick) = events.recv()` chooses as an arm does.
         about.is_event |= is_event_source(&about) && self.asks_what_came(pat);
-        let total = self.total_heads(self.ty(expr)).map(Rc::from);
+        let total = self.all_heads(expr).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
         self.leave_by_condition(pat, expr, value, span);
         let (value, ty) = (value.clone(), self.ty(expr).clone());

@@ -81,7 +81,7 @@ impl Builder<'_> {
             }
             None => {
                 let about = self.about_presence(receiver, Vec::new());
-                self.branch_on_head(&value, "+", "-", span, self.text(receiver), about)
+                self.branch_on_head(&value, "+", "-", span, self.presence_text(receiver), about)
             }
         };
         // `events.recv().is_ok_and(|event| event == Event::Tick)` chooses as an arm does.

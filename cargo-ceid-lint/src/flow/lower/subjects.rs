@@ -6,7 +6,7 @@ use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BuildFlag, CfgKey, ExprId};
+use crate::syntax::tree::{BuildFlag, CfgKey, ExprId, ExprKind};
 
 /// A pure expression: its spelling with variables by number, and the places it reads.
 #[derive(Clone, Debug, Default)]
@@ -202,6 +202,21 @@ impl Builder<'_> {
     /// The head of a constant expression: a literal, a variant, a constant.
     pub(super) fn constant_head(&self, id: ExprId) -> Option<Head> {
         self.constants().head(id)
+    }
+
+    /// All heads that the value of an expression can have: what remains of a number that is never below zero is one of a few.
+    pub(super) fn all_heads(&mut self, id: ExprId) -> Option<Vec<Head>> {
+        match self.remainders(id) {
+            Some(ratio) => Some((0..ratio).map(|left| left.to_string()).collect()),
+            None => self.total_heads(self.ty(id)),
+        }
+    }
+
+    /// How many values `n % 4` can have, if none of them is below zero.
+    fn remainders(&mut self, id: ExprId) -> Option<u64> {
+        let ExprKind::Binary { op: "%", lhs, rhs } = self.body().expr(id).kind else { return None };
+        let ratio = self.number(rhs).filter(|_| self.is_unsigned(lhs))?;
+        (1..=MAX_HEADS as u64).contains(&ratio).then_some(ratio)
     }
 
     /// All heads that a value of the type can have.

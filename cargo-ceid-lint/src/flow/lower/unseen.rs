@@ -44,6 +44,10 @@ impl Builder<'_> {
             let is_gone = is_copy && is_number();
             if let Some(place) = value.place.as_ref().filter(|_| is_gone || self.is_value_of_filter(*expr)) {
                 self.note_use(place, *expr);
+                // `sink(filter)`: the copy goes on where that leads.
+                if is_gone && *self.ty(id) == Ty::unit() {
+                    self.keep(value, *expr);
+                }
             } else if let Some(place) = &value.place
                 && (!self.is_shared(*expr)
                     || !self.program.index.shares_no_filter(self.ty(*expr), crate::types::is_lock))

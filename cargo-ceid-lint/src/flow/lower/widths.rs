@@ -21,6 +21,17 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether a number is of a type that has none below zero, or reckoned from one that is.
+    pub(super) fn is_unsigned(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::Binary { op: "<<" | ">>", lhs, .. } => self.is_unsigned(*lhs),
+            ExprKind::Binary { lhs, rhs, .. } => self.is_unsigned(*lhs) || self.is_unsigned(*rhs),
+            ExprKind::Cast { ty, .. } => int_named(ty).is_some_and(|name| name.starts_with('u')),
+            ExprKind::Literal(Literal::Int(_, suffix)) => is_int(suffix) && suffix.starts_with('u'),
+            _ => self.int_of(id).is_some_and(|name| name.starts_with('u')),
+        }
+    }
+
     /// The type that a field was declared with, or the elements of an array that is one.
     fn written_type(&self, id: ExprId) -> Option<&TypeRef> {
         match &self.body().expr(id).kind {
