@@ -25,6 +25,7 @@ impl Builder<'_> {
             None if is_result() => Transfer::Move,
             None if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
             // Both lead to the same from then on.
+            None if matches!(ty, Ty::Pointer(_)) => Transfer::Borrow,
             None if self.program.index.refers_to_filters(ty) && self.program.index.is_copy(ty) => Transfer::Borrow,
             None => Transfer::Move,
         }
