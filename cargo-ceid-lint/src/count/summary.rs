@@ -224,10 +224,6 @@ impl Summaries {
             graph.params.iter().enumerate().filter(|(_, var)| is_param(var)).map(|(number, _)| number).collect();
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
-        // What is given back is another instance then.
-        let output = &program.index.function(graph.function).function.output;
-        let output = program.index.lower(output, &program.index.scope_of(graph.function));
-        let gives_copy = program.index.copies_filter(&output);
         for id in graph.node_ids() {
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
@@ -266,7 +262,7 @@ impl Summaries {
                 }
                 Effect::Use { place } => note(graph, &aliases, place, &mut summary.uses),
                 Effect::Return(value) => {
-                    if let Some(place) = value.place.as_ref().filter(|_| !gives_copy) {
+                    if let Some(place) = &value.place {
                         for (part, root) in aliases.parts(place) {
                             if let Some(Given { base: GivenBase::Param(param), steps }) = given(graph, &root) {
                                 summary.returns.insert(Borrow { part, param, steps });

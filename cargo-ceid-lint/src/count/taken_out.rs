@@ -3,7 +3,7 @@
 use super::analyse::{Context, FunctionFacts};
 use super::instances;
 use super::search::{Region, Search};
-use crate::flow::{Assignment, CallSite, Cause, Effect, Node, Place, Var};
+use crate::flow::{CallSite, Cause, Effect, Node, Place, Var};
 use crate::index::FunctionId;
 use crate::syntax::tree::TypeRef;
 
@@ -94,10 +94,22 @@ fn is_put_back(search: &Search<'_>, nodes: &[&Node], site: &CallSite) -> bool {
             _ => None,
         })
     };
-    let is_from = |set: &Assignment, var: Var| set.from.as_ref().is_some_and(|from| *from == Place::var(var));
-    let mut names = vec![site.result];
-    names.extend(sets().filter(|set| is_from(set, site.result)).filter_map(|set| set.place.base_var()));
-    sets().any(|set| holds(search, &set.place) && names.iter().any(|var| is_from(set, *var)))
+    let mut names = vec![Place::var(site.result)];
+    let mut next = 0;
+    while let Some(name) = names.get(next).cloned() {
+        let given = sets().filter(|set| set.from.as_ref() == Some(&name) && set.place.steps.is_empty());
+        let new: Vec<Place> = given.map(|set| set.place.clone()).filter(|place| !names.contains(place)).collect();
+        names.extend(new);
+        next += 1;
+    }
+    let is_named = |place: &Option<Place>| place.as_ref().is_some_and(|place| names.contains(place));
+    // `rig.store(state)`
+    let is_handed_back = |site: &CallSite| {
+        let takes_back = site.args.iter().any(|arg| arg.is_copy && is_named(&arg.place));
+        takes_back && site.args.iter().any(|arg| arg.place.as_ref().is_some_and(|place| holds(search, place)))
+    };
+    sets().any(|set| is_named(&set.from) && holds(search, &set.place))
+        || nodes.iter().any(|node| matches!(&node.effect, Effect::Call(site) if is_handed_back(site)))
 }
 
 /// Whether a function that is called takes the filter at a place, where none need be, out of it, whatever it does with it then:

@@ -302,7 +302,8 @@ impl Index {
     /// Whether a filter in a value of the type is another instance wherever the value goes.
     #[must_use]
     pub fn copies_filter(&self, ty: &Ty) -> bool {
-        (self.holds_filter(ty) || self.may_be_state(ty)) && self.is_copy(ty) && !self.refers_to_filters(ty)
+        let leads_to_it = matches!(ty, Ty::Pointer(_)) || self.refers_to_filters(ty);
+        (self.holds_filter(ty) || self.may_be_state(ty)) && self.is_copy(ty) && !leads_to_it
     }
 
     /// Whether a value of the type is copied where another one would be moved, as far as the analysed code tells.

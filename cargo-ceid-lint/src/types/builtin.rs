@@ -355,6 +355,7 @@ fn cell_method(path: &str, inner: &Ty, method: &str, closure: Option<&Ty>) -> Op
         return Some(opened(path, method, inner.clone()));
     }
     match method {
+        "get" if path.ends_with("UnsafeCell") => Some(Ty::Pointer(Box::new(inner.clone()))),
         "into_inner" | "replace" | "take" | "get" => Some(inner.clone()),
         _ => None,
     }

@@ -383,6 +383,11 @@ impl Infer<'_> {
         if name == "clone" {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
         }
+        // What is lent exclusively may be reached as a cell meanwhile.
+        if let ("Cell", "from_mut", [lent]) = (last, name, given.as_slice()) {
+            let content = self.variables.resolve(lent).peel().clone();
+            return Ty::Ref(false, Box::new(Ty::External(path, vec![content])));
+        }
         let makes_itself = (name == "register" && matches!(ty, Ty::Adt(id, _) if self.index.is_filter_set(id)))
             || names_constructor(name);
         // `File::open(…)?` and its kin: the function is known although its crate is not read.

@@ -203,7 +203,10 @@ impl Infer<'_> {
                 let ty = self.expr(*inner, wanted.as_ref());
                 self.payload(&ty)
             }
-            ExprKind::Await(inner) => self.expr(*inner, expected),
+            ExprKind::Await(inner) => {
+                let ty = self.expr(*inner, expected);
+                self.awaited_ty(*inner, &ty)
+            }
             ExprKind::Macro(macro_expr) => self.macro_expr(macro_expr),
             ExprKind::Opaque(_) | ExprKind::Unknown { .. } => Ty::Unknown,
         }

@@ -4,6 +4,7 @@
 //! cannot know is `Unknown`, never a guess.
 
 mod adapted;
+mod awaited;
 mod builtin;
 mod calls;
 mod closure_params;
@@ -31,6 +32,7 @@ use crate::source::Span;
 use crate::syntax::tree::{ExprId, PatId};
 
 pub use adapted::ADAPTED;
+pub use awaited::{Awaited, awaited, future_behind};
 pub use builtin::{is_lock, is_pointer, is_transparent, opens_cell};
 pub use calls::names_constructor;
 pub use indexed::Indexed;

@@ -223,6 +223,14 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), exprs, values);
         }
+        if values.iter().any(|value| self.is_polled(value)) {
+            if let Some(value) = self.runs_given(id, values) {
+                return value;
+            }
+            if resolved.targets.iter().any(|target| self.polls(*target, values)) {
+                return self.unknown_call(id, self.text(id), exprs, values);
+            }
+        }
         let is_declared = |target: &FunctionId| self.program.index.function(*target).function.body.is_none();
         if resolved.owner.is_none() && !resolved.targets.is_empty() && resolved.targets.iter().all(is_declared) {
             return self.extern_call(id, &resolved.targets, exprs, values);

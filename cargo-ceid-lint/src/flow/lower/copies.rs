@@ -12,6 +12,9 @@ use crate::types::LocalId;
 /// How many nodes, with what holds the copy there, are looked at for one copy; beyond that it is not sure to go back.
 const MAX_HOLDING: usize = 10_000;
 
+/// How many nodes lie at most between a call and where what it gives gets a name.
+const MAX_BEHIND_CALL: usize = 64;
+
 impl Builder<'_> {
     /// How the instances that a value of a type carries get to another place.
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
@@ -25,14 +28,46 @@ impl Builder<'_> {
             None if is_result() => Transfer::Move,
             None if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
             // Both lead to the same from then on.
+            None if matches!(ty, Ty::Pointer(_)) => Transfer::Borrow,
             None if self.program.index.refers_to_filters(ty) && self.program.index.is_copy(ty) => Transfer::Borrow,
             None => Transfer::Move,
         }
     }
 
-    /// Whether a variable holds what a law gave back, and has no name.
+    /// Whether a variable holds what a law or another call gave back, and has no name.
     fn is_result(&self, var: Var) -> bool {
-        self.advanced.contains(&var) && self.graph.var(var).name.is_empty()
+        let is_given = |node: &Node| matches!(&node.effect, Effect::Call(site) if site.result == var);
+        let last = || self.graph.nodes.iter().rev().take(MAX_BEHIND_CALL);
+        self.graph.var(var).name.is_empty() && (self.advanced.contains(&var) || last().any(is_given))
+    }
+
+    /// Whether a value is all of what has no name, so that nothing has to do with it where it has gone.
+    pub(super) fn is_in_between(&self, value: &Value) -> bool {
+        let var = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        let info = var.map(|var| self.graph.var(var));
+        info.is_some_and(|info| info.name.is_empty() && info.param.is_none() && is_value(&info.ty))
+    }
+
+    /// What a function gives back of what it was only lent, if that is copied: `fn level(&self) -> Pt1 { self.level }`.
+    pub(super) fn given_as_copy(&mut self, value: Value, span: Span) -> Value {
+        let Some(var) = value.place.as_ref().and_then(Place::base_var).filter(|_| self.at.is_some()) else {
+            return value;
+        };
+        // What has been taken out has left its place.
+        let is_lent = match &self.graph.var(var).ty {
+            Ty::Adt(..) | Ty::Tuple(_) | Ty::Array(..) => false,
+            ty => !matches!(ty.external_name(), Some("Option" | "Result" | "Poll" | "Box")),
+        };
+        if !is_lent || !value.is_owned || value.leaves_by.is_some() {
+            return value;
+        }
+        let index = self.program.index;
+        let ty =
+            index.lower(&index.function(self.graph.function).function.output, &index.scope_of(self.graph.function));
+        if !index.copies_filter(&ty) {
+            return value;
+        }
+        Value { head: value.head.clone(), same_as: value.same_as, ..self.copy_used(&value, ty, span) }
     }
 
     /// Notes that a filter is a template: others that live on begin with its state.
@@ -274,8 +309,12 @@ impl Builder<'_> {
     /// What is copied out of a parameter that was passed by value is moved if nothing asks for the parameter's own again:
     /// `let Estimator { mut lag, pi } = self; …; Estimator { lag, pi }`.
     fn settle_parts_of_params(&mut self) {
-        let is_owned = |var: &Var| matches!(self.graph.var(*var).ty, Ty::Adt(..) | Ty::Tuple(_));
-        let mut holding: BTreeSet<Var> = self.graph.params.iter().copied().filter(is_owned).collect();
+        let is_owned = |var: &Var| is_value(&self.graph.var(*var).ty);
+        let taken = self.graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if self.takes_copied(set) => set.place.base_var(),
+            _ => None,
+        });
+        let mut holding: BTreeSet<Var> = self.graph.params.iter().copied().chain(taken).filter(is_owned).collect();
         let mut has_moved = true;
         while std::mem::take(&mut has_moved) {
             for id in self.graph.node_ids() {
@@ -307,7 +346,7 @@ impl Builder<'_> {
             Ty::Tuple(parts) => parts.get(name?.parse::<usize>().ok()?).cloned(),
             owner => self.program.index.field_ty(&owner, None, name?),
         });
-        matches!(ty, Some(Ty::Adt(..) | Ty::Tuple(_)))
+        ty.is_some_and(|ty| is_value(&ty))
     }
 
     /// Whether nothing behind a node that reads a place has to do with that place again, and nothing refers to it.
@@ -315,6 +354,13 @@ impl Builder<'_> {
         let is_it = |other: &Place| other.overlaps(place);
         let refers = |set: &Assignment| set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_it);
         let is_lent = |node: &Node| matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if refers(set));
+        // What is given to the variable as a whole is another one.
+        let is_given_anew = |node: &Node| match &node.effect {
+            Effect::Set(set) => {
+                place.base_var().map(Place::var).as_ref() == Some(&set.place) && !set.from.as_ref().is_some_and(is_it)
+            }
+            _ => false,
+        };
         let concerns = |node: &Node| match &node.effect {
             Effect::Use { place } | Effect::Reset { place, .. } => is_it(place),
             Effect::Update(update) => is_it(&update.place),
@@ -332,6 +378,9 @@ impl Builder<'_> {
         let mut open = self.graph.node(read_at).next.clone();
         while let Some(id) = open.pop().filter(|_| seen.len() < MAX_HOLDING) {
             if !seen.insert(id) {
+                continue;
+            }
+            if is_given_anew(self.graph.node(id)) {
                 continue;
             }
             if concerns(self.graph.node(id)) {
@@ -413,4 +462,9 @@ impl Builder<'_> {
         }
         way.contains(&start).then_some(way)
     }
+}
+
+/// Whether a value of the type has in it what it holds, and is no way to something else.
+fn is_value(ty: &Ty) -> bool {
+    matches!(ty, Ty::Adt(..) | Ty::Tuple(_)) || ty.external_name() == Some("Option")
 }

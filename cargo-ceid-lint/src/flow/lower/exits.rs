@@ -219,6 +219,7 @@ impl Builder<'_> {
         // A function that gives back a future is an `async fn` in its long form.
         let value = self.awaited(value, span);
         let value = self.lent_on(value);
+        let value = self.given_as_copy(value, span);
         self.keep_closure(&value, span);
         if self.at.is_some() {
             if let Some(var) = value.same_as {

@@ -187,7 +187,7 @@ impl Builder<'_> {
             ExprKind::Try(inner) => self.try_expr(id, *inner),
             ExprKind::Await(inner) => {
                 let value = self.expr(*inner);
-                let value = self.awaited(value, self.span(id));
+                let value = self.run_to_end(value, self.span(id));
                 if self.at.is_some() && self.is_of_never(*inner) {
                     self.diverge(self.span(id));
                     return Value::default();

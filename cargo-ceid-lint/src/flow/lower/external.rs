@@ -91,7 +91,8 @@ impl Builder<'_> {
                     _ => self.inline_closure(closure, &[Value::default()], span),
                 };
             }
-            return values.into_iter().next().unwrap_or_default();
+            let value = values.into_iter().next().unwrap_or_default();
+            return if last == "block_on" { self.run_to_end(value, span) } else { value };
         }
         if path == "std::array::from_fn" {
             let values = self.values(args);
@@ -151,7 +152,8 @@ impl Builder<'_> {
                     | "get_mut"
                     | "make_mut"
                     | "downgrade"
-            );
+            )
+            || path == "std::cell::Cell::from_mut";
         if wraps
             || matches!(
                 path,

@@ -144,7 +144,7 @@ impl Builder<'_> {
                 self.resume(yes);
             }
             let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
-            let value = self.awaited(value, span);
+            let value = self.run_to_end(value, span);
             if let Some(pat) = arm.pat {
                 // An arm awaits its future without the word for it.
                 if let Some(future) = arm.future {

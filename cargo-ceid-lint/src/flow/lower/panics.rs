@@ -2,8 +2,9 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{Builder, ClosureRef, Value};
+use super::{Builder, ClosureRef, Frame, Value};
 use crate::flow::{Cause, Effect, Place};
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 use crate::types::Callee;
@@ -21,6 +22,7 @@ impl Builder<'_> {
         let place = frame.body.expr(closure.expr).span;
         let may_panic =
             self.reaches(frame.body, frame.typed, place, 1, &mut FxHashSet::default(), &|_, kind| panics(kind));
+        let may_panic = may_panic || self.may_fail_before_a_law(closure);
         if !may_panic || self.at.is_none() {
             return run(self);
         }
@@ -38,6 +40,26 @@ impl Builder<'_> {
         self.jump(after);
         self.resume(after);
         value
+    }
+
+    /// Whether a closure asks something unseen, or for an element that need not be there, before it may run a law.
+    fn may_fail_before_a_law(&self, closure: ClosureRef) -> bool {
+        let Frame { body, typed, .. } = &self.frames[closure.frame];
+        let is_law =
+            |id: &ExprId| matches!(typed.callees.get(id), Some(Callee::Resolved(call)) if self.may_run_law(call, 0));
+        let may_fail = |id: &ExprId| match (&body.expr(*id).kind, typed.callees.get(id)) {
+            (ExprKind::Index { index, .. }, _) => !matches!(body.expr(*index).kind, ExprKind::Literal(_)),
+            (ExprKind::Call { .. }, Some(Callee::Parameter(_) | Callee::Unknown) | None) => true,
+            (ExprKind::MethodCall { .. } | ExprKind::Call { .. }, Some(Callee::Resolved(call))) => {
+                let is_seen = |target: &FunctionId| self.program.index.function(*target).function.body.is_some();
+                let is_any = matches!(call.self_ty.peel(), Ty::Opaque(_) | Ty::Param(_));
+                call.law.is_none() && (is_any && call.has_receiver || !call.targets.iter().any(is_seen))
+            }
+            _ => false,
+        };
+        // What an expression is made of stands before it.
+        let last = body.within(closure.expr).filter(is_law).max();
+        last.is_some_and(|last| body.within(closure.expr).any(|id| id < last && may_fail(&id)))
     }
 
     /// Whether what a call catches is raised again: `catch_unwind(…).unwrap()`, `resume_unwind(panic)`.

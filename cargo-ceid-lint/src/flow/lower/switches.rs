@@ -334,7 +334,7 @@ impl Builder<'_> {
     }
 
     /// Whether a call may run a law, as far as it is followed.
-    fn may_run_law(&self, call: &Resolved, depth: u32) -> bool {
+    pub(super) fn may_run_law(&self, call: &Resolved, depth: u32) -> bool {
         if call.law.is_some() || depth > 4 {
             return true;
         }

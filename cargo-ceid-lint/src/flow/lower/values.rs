@@ -107,7 +107,8 @@ impl Builder<'_> {
             None => {
                 let value = self.plain_block(block, span);
                 // What a block gives is a value, and not the place that it comes from.
-                let is_copy = value.place.is_some() && value.is_owned && self.program.index.copies_filter(self.ty(id));
+                let is_copy = value.place.is_some() && self.transfer(&value, self.ty(id)) == Transfer::Copy;
+                let is_copy = is_copy && !self.is_in_between(&value);
                 if is_copy { self.copy_of(&value, self.ty(id).clone(), span) } else { value }
             }
         }

@@ -159,14 +159,28 @@ impl Builder<'_> {
 
     /// A function of the analysed code runs on a place, without a call in the source.
     pub(super) fn run_on(&mut self, function: FunctionId, place: Place, ty: Ty, text: String, span: Span) -> Var {
+        self.run_one_on((vec![function], Vec::new()), place, ty, text, span)
+    }
+
+    /// The same of one of several functions, with the type of the place where that decides what runs.
+    pub(super) fn run_one_on(
+        &mut self,
+        (targets, types): (Vec<FunctionId>, Vec<Ty>),
+        place: Place,
+        ty: Ty,
+        text: String,
+        span: Span,
+    ) -> Var {
         let result = self.temporary(ty, span);
-        let is_shared = self.program.index.function(function).function.receiver == Some(Receiver::Shared);
+        let is_shared = targets
+            .iter()
+            .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared));
         let site = CallSite {
             hands: None,
-            targets: vec![function],
+            targets,
             args: vec![Argument { place: Some(place), is_shared, ..Argument::default() }],
             result,
-            types: Vec::new(),
+            types,
             text,
             law_of: None,
             is_dispatched: false,

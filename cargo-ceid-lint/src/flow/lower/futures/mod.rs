@@ -1,12 +1,15 @@
 //! Futures: what an `async fn` or an `async` block does happens where it is awaited, and nowhere if it never is.
 
+mod pending;
+mod polled;
+
 use super::{Builder, ClosureRef, Value};
 use crate::flow::mark::ONE_OF_SEVERAL;
 use crate::flow::{Effect, Mark, Place, UnrunKind};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Path, TypeRef};
-use crate::types::{Callee, Resolved};
+use crate::types::{Callee, Resolved, future_behind};
 
 /// A call that gives a future: it runs where that is awaited.
 #[derive(Clone, Debug)]
@@ -56,7 +59,7 @@ impl Builder<'_> {
 
     /// A call of a function that runs the futures that it is given, by its name; `None` if it is something else.
     pub(super) fn runs_given(&mut self, id: ExprId, values: &[Value]) -> Option<Value> {
-        let future = values.iter().rev().find(|value| self.is_future(value))?;
+        let future = values.iter().rev().find(|value| self.is_future(value) || self.is_polled(value))?;
         let name = self.called_name(id);
         if super::threads::is_spawn(name) {
             let span = self.span(id);
@@ -66,7 +69,7 @@ impl Builder<'_> {
             return Some(Value::default());
         }
         if blocks_on(name) || self.gives_output_of_its_own(id, values) {
-            return Some(self.awaited(future.clone(), self.span(id)));
+            return Some(self.run_to_end(future.clone(), self.span(id)));
         }
         // What stands in the crate under the name of a well-known one is only a stand-in for it; a timeout is what its body says.
         let is_known = name.starts_with("select") || name.starts_with("join");
@@ -79,7 +82,7 @@ impl Builder<'_> {
     fn gives_output_of_its_own(&self, id: ExprId, values: &[Value]) -> bool {
         let Some(target) = self.only_target(id) else { return false };
         let function = &self.program.index.function(target).function;
-        let futures = || values.iter().filter(|value| value.closure.is_some()).count();
+        let futures = || values.iter().filter(|value| value.closure.is_some() || self.is_polled(value)).count();
         let TypeRef::Path(output) = &function.output else { return false };
         let owner = match (&output.self_ty, output.segments.as_slice()) {
             (Some(ty), [.., last]) if last.name == "Output" => (**ty).clone(),
@@ -100,8 +103,17 @@ impl Builder<'_> {
     pub(super) fn polls(&self, target: FunctionId, values: &[Value]) -> bool {
         let body = self.program.index.function(target).function.body.as_ref();
         let polls = |kind: &ExprKind| matches!(kind, ExprKind::MethodCall { method, .. } if method == "poll");
-        values.iter().any(|value| self.is_future(value))
+        let mut given = values.iter().enumerate();
+        given.any(|(number, value)| self.is_future(value) || self.is_polled(value) && self.takes_any(target, number))
             && body.is_some_and(|body| body.exprs.iter().any(|expr| polls(&expr.kind)))
+    }
+
+    /// Whether a parameter of a function is of a type that its callers choose.
+    fn takes_any(&self, target: FunctionId, number: usize) -> bool {
+        let body = self.program.index.function(target).function.body.as_ref();
+        let (Some(body), Some(typed)) = (body, self.program.typed(target)) else { return false };
+        let local = body.params.get(number).and_then(|param| typed.pat_local.get(param));
+        local.is_some_and(|local| matches!(future_behind(&typed.local(*local).ty), Ty::Param(_) | Ty::Opaque(_)))
     }
 
     /// Whether the body of the function that is called can be read.
@@ -148,7 +160,7 @@ impl Builder<'_> {
             return Value::default();
         }
         let before = self.emit(Effect::Nothing, span);
-        let value = self.awaited(value, span);
+        let value = self.run_to_end(value, span);
         if self.at.is_none() {
             let after = self.add_node(Effect::Nothing, span);
             self.link(before, after);
@@ -193,7 +205,7 @@ impl Builder<'_> {
 
     /// Runs one of several functions or closures, and which one is not known.
     pub(super) fn run_one_of(&mut self, choices: &[ClosureRef], args: &[Value], span: Span) -> Value {
-        let join = self.new_join(crate::index::Ty::Unknown, span);
+        let join = self.new_join(Ty::Unknown, span);
         for (number, choice) in choices.iter().enumerate() {
             let mut next = None;
             if number + 1 < choices.len() && self.at.is_some() {
@@ -219,7 +231,7 @@ impl Builder<'_> {
         }
         let join = self.new_join(self.ty(id).clone(), span);
         for value in values {
-            if !self.is_future(&value) || self.at.is_none() {
+            if !(self.is_future(&value) || self.is_polled(&value)) || self.at.is_none() {
                 continue;
             }
             // Which of them ends first is not known, nor how far the others came.
@@ -227,7 +239,7 @@ impl Builder<'_> {
             let (runs, dropped) = self.opaque_branch(span, self.text(id), about);
             let after = self.add_node(Effect::Nothing, span);
             self.resume(runs);
-            self.awaited(value, span);
+            self.run_to_end(value, span);
             self.jump(after);
             self.resume(dropped);
             self.jump(after);
