@@ -9,6 +9,7 @@ use super::owned::{is_fixed_algebra, is_owned};
 use super::purity::acts_when_dropped;
 use super::shared::shared_part;
 use super::sites::Site;
+use super::turbofish::said_of;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
@@ -340,6 +341,9 @@ fn declared(of: &LoopBody<'_>, site: &Site, number: usize) -> Option<Ty> {
             _ => None,
         };
         with_args(&written, &|name| {
+            if let Some(said) = said_of(of, site.call, &def.function.generics, name) {
+                return Some(said);
+            }
             let (Some(Ty::Adt(_, names)), Ty::Adt(_, args)) = (own, &site.filter) else { return None };
             let is_it = |own: &Ty| matches!(own, Ty::Param(param) if param.name == name);
             names.iter().position(is_it).and_then(|at| args.get(at)).cloned()

@@ -63,6 +63,7 @@ mod survivors;
 mod tails;
 mod takers;
 mod text;
+mod turbofish;
 mod twice;
 mod unfit;
 mod unread;

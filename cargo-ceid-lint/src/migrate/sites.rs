@@ -12,6 +12,7 @@ use super::locks::locked;
 use super::mentions::held;
 use super::passed::passed_on;
 use super::text::{with_attributes, without_comments};
+use super::turbofish::behind_the_name;
 use super::unfit::unfit;
 use crate::count::Pair;
 use crate::index::{Def, FunctionId, Ty};
@@ -365,7 +366,9 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
                 && rest.is_some_and(|rest| rest.starts_with(law))
         }),
         ExprKind::Call { callee, .. } => {
-            of.written(*callee).ends_with(law) && parts(*callee).is_some_and(|(before, _)| before.is_empty())
+            let written = of.written(*callee);
+            written.strip_suffix(behind_the_name(written)).is_some_and(|path| path.ends_with(law))
+                && parts(*callee).is_some_and(|(before, _)| before.is_empty())
         }
         _ => false,
     }
