@@ -56,6 +56,7 @@ mod present;
 mod purity;
 mod said;
 mod seen;
+mod shadowed;
 mod shared;
 mod signs;
 mod sites;
