@@ -11,6 +11,7 @@ use super::each::{each, has_vec};
 use super::halves::{halves, kept};
 use super::holding::out_of_reach;
 use super::in_head::named_in_head;
+use super::in_scope::named_in_the_loop;
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
@@ -155,6 +156,9 @@ fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option
     if let Some(at) = in_condition.first().filter(|_| each.is_some()) {
         let text = format!("`{}` is used in the head of the loop, where it is lent to the guard", own.spelled);
         return Err(Reason { span: of.span(*at), text });
+    }
+    if let Some(reason) = named_in_the_loop(of, own) {
+        return Err(reason);
     }
     let halves = halves(of, own)?;
     // A half that some iterations leave out does not decide whether the others run.

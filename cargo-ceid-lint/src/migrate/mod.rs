@@ -29,6 +29,7 @@ mod implicit;
 mod import;
 mod imports;
 mod in_head;
+mod in_scope;
 mod inputs;
 mod iteration;
 mod lasting;
