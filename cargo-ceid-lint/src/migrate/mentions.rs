@@ -8,6 +8,7 @@ use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::boxed::{self, is_for_box, needless_star};
 use super::each;
+use super::formats::is_shown_otherwise;
 use super::loops::Loops;
 use super::owned::is_owned;
 use super::shadowed::{is_by_value, is_of_pointee, is_shadowed};
@@ -352,6 +353,9 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     };
     if own.locked.is_some() && !is_looked_into {
         return None;
+    }
+    if is_adapted && is_format_operand(of, at) && is_shown_otherwise(of, at) {
+        return Some("**");
     }
     let is_pointer = own.is_box();
     if own.is_unboxed() {

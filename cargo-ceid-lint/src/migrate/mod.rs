@@ -19,6 +19,7 @@ mod each;
 mod effects;
 mod elements;
 mod exits;
+mod formats;
 mod globs;
 mod gone;
 mod halves;
