@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use super::body::LoopBody;
+use super::formats::is_shown_otherwise;
 use super::import::Import;
 use super::iteration::zipped;
 use super::mentions::{Guarded, is_format_operand, is_hidden};
@@ -138,7 +139,7 @@ fn is_looked_into(of: &LoopBody<'_>, own: &Guarded, element: ExprId) -> bool {
         ExprKind::MethodCall { receiver, method, .. } if *receiver == element => {
             !is_for_any_reference(of, parent, method)
         }
-        ExprKind::Macro(_) => is_format_operand(of, element),
+        ExprKind::Macro(_) => is_format_operand(of, element) && !is_shown_otherwise(of, element),
         _ => false,
     }
 }
