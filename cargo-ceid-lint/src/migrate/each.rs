@@ -267,3 +267,12 @@ fn is_only_looked_into(of: &LoopBody<'_>, own: &Guarded, local: LocalId) -> bool
 fn is_for_any_reference(of: &LoopBody<'_>, call: ExprId, method: &str) -> bool {
     is_for_references(of, call) || matches!(method, "clone" | "to_owned" | "as_ref" | "as_mut" | "hash")
 }
+
+/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
+pub(super) fn is_vec(ty: &Ty) -> bool {
+    match ty {
+        Ty::Ref(_, inner) => is_vec(inner),
+        Ty::External(path, _) => path == "std::vec::Vec",
+        _ => false,
+    }
+}

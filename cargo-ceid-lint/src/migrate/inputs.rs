@@ -130,7 +130,13 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         // What a law takes by a type without a lifetime borrows nothing, however it is made.
         let is_owned_by_law = || declared.is_some_and(|ty| is_value(ty) && is_owned(index, &scope, ty));
         if !is_owned(index, &scope, ty) && !is_owned_by_law() {
-            return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
+            return refuse(match ty.external_name() {
+                Some(name @ ("Rc" | "Arc")) => format!(
+                    "{} is an `{name}`, which the law may count, and the iteration would give its own back before: give it what is in there",
+                    what()
+                ),
+                _ => format!("{} may borrow from the iteration, and cannot be kept until its end", what()),
+            });
         }
         let before = Span { end: span.start, ..span };
         return Ok(Input { name, before, instead: "", end, after: nothing, annotation: None, is_lent: false });

@@ -214,7 +214,8 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         let is_each = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.law.each.is_some());
         return refuse(match is_each {
             true => format!(
-                "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one"
+                "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one: \
+                 take what is needed of each by `[…]` or in a `for`, or do this outside of the loop"
             ),
             false if let Some(method) = each::resizing(of, own, at) => format!(
                 "`{method}` changes which elements `{spelled}` has, and a guard holds those that are there from the head of the loop to the \

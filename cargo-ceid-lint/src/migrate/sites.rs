@@ -305,6 +305,9 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
             of.written(*base)
         );
     }
+    if matches!(of.typed.expr_def.get(&receiver), Some(Def::Value(_))) {
+        return format!("`{written}` is a `static`, which all code has: let one variable or field own the filter");
+    }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
 }
 
