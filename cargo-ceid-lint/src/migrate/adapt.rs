@@ -11,6 +11,7 @@ use super::each::{each, has_vec};
 use super::halves::{halves, kept};
 use super::holding::out_of_reach;
 use super::in_head::named_in_head;
+use super::in_scope::named_in_the_loop;
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
@@ -19,6 +20,7 @@ use super::outputs::instead;
 use super::path::path_of_law;
 use super::sites::{Part, Site};
 use super::text::has_word;
+use super::turbofish::{says_inputs, turbofish, unsayable};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Pat, PatKind, Receiver, TypeRef};
@@ -60,6 +62,7 @@ pub(super) fn adaptation(
             && !site.is_used
             && !site.is_unwrapped()
             && site.half == 0
+            && turbofish(of, site.call).is_empty()
     };
     let mut two_meanings = None;
     let is_plain = own.sites.iter().all(is_ours)
@@ -154,6 +157,9 @@ fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option
         let text = format!("`{}` is used in the head of the loop, where it is lent to the guard", own.spelled);
         return Err(Reason { span: of.span(*at), text });
     }
+    if let Some(reason) = named_in_the_loop(of, own) {
+        return Err(reason);
+    }
     let halves = halves(of, own)?;
     // A half that some iterations leave out does not decide whether the others run.
     let is_apart = |site: &Site| halves.len() > 1 && own.rare.contains(&site.half);
@@ -178,6 +184,9 @@ fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option
     }
     // All calls of one law have inputs of one form, because the closure is one.
     for half in &halves {
+        if let Some(text) = unsayable(of, own, half, &inputs) {
+            return Err(refuse(text));
+        }
         let same: Vec<&Vec<Input>> =
             own.sites.iter().zip(&inputs).filter(|(site, _)| site.half == half.half).map(|(_, own)| own).collect();
         let form = |inputs: &[Input]| -> Vec<(bool, Option<String>)> {
@@ -186,7 +195,8 @@ fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option
         if same.iter().any(|other| form(other) != form(same[0])) {
             return Err(refuse(format!("`{}` is given inputs of several forms", own.spelled)));
         }
-        if same.len() > 1 && (0..half.inputs.len()).any(|number| is_generic(of, half, number)) {
+        if same.len() > 1 && !says_inputs(of, half) && (0..half.inputs.len()).any(|number| is_generic(of, half, number))
+        {
             return Err(refuse(format!(
                 "each call of `{}` may give `{}` an input of another type, and a guard is fed with one type: give all of them \
                  the same, and let the law take that",
@@ -378,7 +388,7 @@ fn call(of: &LoopBody<'_>, site: &Site, filter: &str, given: &[String]) -> Strin
             let all: Vec<&str> = std::iter::once(filter).chain(given.iter().map(String::as_str)).collect();
             format!("{}({})", of.written(*callee), all.join(", "))
         }
-        _ => format!("{filter}.{}({})", site.method, given.join(", ")),
+        _ => format!("{filter}.{}{}({})", site.method, turbofish(of, site.call), given.join(", ")),
     };
     format!("{call}{}", site.tail)
 }

@@ -4,9 +4,11 @@
 use std::path::Path;
 
 use super::body::LoopBody;
+use super::formats::is_shown_otherwise;
 use super::import::Import;
 use super::iteration::zipped;
-use super::mentions::{Guarded, is_for_references, is_format_operand, is_hidden};
+use super::mentions::{Guarded, is_format_operand, is_hidden};
+use super::shadowed::is_for_references;
 use super::sites::Part;
 use super::text::{is_no_std, words};
 use crate::index::Ty;
@@ -134,8 +136,10 @@ fn is_looked_into(of: &LoopBody<'_>, own: &Guarded, element: ExprId) -> bool {
     let Some(parent) = of.parent(element) else { return false };
     match of.kind(parent) {
         ExprKind::Field { .. } => true,
-        ExprKind::MethodCall { receiver, method, .. } if *receiver == element => !is_for_any_reference(method),
-        ExprKind::Macro(_) => is_format_operand(of, element),
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == element => {
+            !is_for_any_reference(of, parent, method)
+        }
+        ExprKind::Macro(_) => is_format_operand(of, element) && !is_shown_otherwise(of, element),
         _ => false,
     }
 }
@@ -260,6 +264,15 @@ fn is_only_looked_into(of: &LoopBody<'_>, own: &Guarded, local: LocalId) -> bool
 }
 
 /// Methods of the standard library that any reference has as well, and then for itself.
-fn is_for_any_reference(method: &str) -> bool {
-    is_for_references(method) || matches!(method, "clone" | "to_owned" | "as_ref" | "as_mut" | "hash")
+fn is_for_any_reference(of: &LoopBody<'_>, call: ExprId, method: &str) -> bool {
+    is_for_references(of, call) || matches!(method, "clone" | "to_owned" | "as_ref" | "as_mut" | "hash")
+}
+
+/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
+pub(super) fn is_vec(ty: &Ty) -> bool {
+    match ty {
+        Ty::Ref(_, inner) => is_vec(inner),
+        Ty::External(path, _) => path == "std::vec::Vec",
+        _ => false,
+    }
 }

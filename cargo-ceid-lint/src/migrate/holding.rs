@@ -117,9 +117,13 @@ pub(super) fn guarded(
     if let Some(own) = guarded.iter().find(|own| own.locked.is_some())
         && (guarded.len() > 1 || own.adaptation.is_some())
     {
+        let (place, lock) = match of.is_function {
+            true => ("function", "let the function take what the lock gives"),
+            false => ("loop", "lock it above the loop"),
+        };
         let text = format!(
-            "`{}` is locked in the loop, where a guard can hold only what is locked above it: lock it above the loop, or let \
-             its law take no input and guard it alone",
+            "`{}` is locked in the {place}, where a guard can hold only what is locked before it: {lock}, or let its law take no \
+             input and guard it alone",
             own.name
         );
         reasons.push(Reason { span: of.span(own.at), text });
@@ -187,7 +191,8 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
                 let what = if of.is_function { "function" } else { "loop" };
                 match own.is_lock_guard || matches!(local.ty, Ty::Ref(..)) {
                     true => format!(
-                        "`{spelled}` has its name only below the head of the {what}, where a guard has to hold it already"
+                        "`{spelled}` has its name only below the head of the {what}, where a guard has to hold it already: write \
+                         the guard by hand, below what binds that name"
                     ),
                     false => format!(
                         "`{spelled}` is bound in the {what} itself, so that it means no instance that lives outside of it"
@@ -294,10 +299,15 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             _ => false,
         };
     if is_covered {
-        Ok(())
-    } else {
-        Err(format!("not every element of `{spelled}` is updated here, and a guard updates all"))
+        return Ok(());
     }
+    Err(if paired {
+        format!(
+            "the elements of `{spelled}` are updated as far as what they are paired with goes, and a guard updates all"
+        )
+    } else {
+        format!("not every element of `{spelled}` is updated here, and a guard updates all")
+    })
 }
 
 /// Why a guard does not get to the filter that lies at a place, and how it would.
@@ -315,6 +325,7 @@ pub(super) fn out_of_reach(of: &LoopBody<'_>, own: &Guarded) -> String {
             let name = path.rsplit("::").next().unwrap_or(path);
             let place = if of.is_function { "first" } else { "above the loop" };
             let advice = match name {
+                "Rc" | "Arc" => "let one variable or field own the filter".to_owned(),
                 "Vec" if matches!(args.first(), Some(Ty::Ref(..))) => "let it hold the filters themselves".to_owned(),
                 "VecDeque" => {
                     let slice = of.written(own.at);
@@ -481,13 +492,4 @@ pub(super) fn is_value(of: &LoopBody<'_>, name: &str) -> bool {
     let index = of.program.index;
     let found = index.resolve(of.def().module, &[name.to_owned()], Namespace::Value);
     matches!(found, Some(Def::Value(_) | Def::Variant(..) | Def::Type(_)))
-}
-
-/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
-pub(super) fn is_vec(ty: &Ty) -> bool {
-    match ty {
-        Ty::Ref(_, inner) => is_vec(inner),
-        Ty::External(path, _) => path == "std::vec::Vec",
-        _ => false,
-    }
 }

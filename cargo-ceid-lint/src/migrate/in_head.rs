@@ -2,8 +2,9 @@
 
 use super::Reason;
 use super::body::LoopBody;
-use super::mentions::{Guarded, is_about, is_about_owner, is_for_references};
+use super::mentions::{Guarded, is_about, is_about_owner};
 use super::owned::is_owned;
+use super::shadowed::is_shadowed;
 use crate::syntax::tree::{ExprId, ExprKind};
 
 /// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it; but the
@@ -70,7 +71,7 @@ fn lookup(of: &LoopBody<'_>, own: &Guarded, id: ExprId) -> Option<ExprId> {
     let is_asked = match of.kind(of.parent(place)?) {
         ExprKind::Field { .. } => true,
         ExprKind::MethodCall { receiver, method, .. } => {
-            *receiver == place && !is_for_references(method) && !matches!(method.as_str(), "feed" | "last_output")
+            *receiver == place && !is_shadowed(of, place) && !matches!(method.as_str(), "feed" | "last_output")
         }
         _ => false,
     };

@@ -9,6 +9,7 @@ use super::owned::{is_fixed_algebra, is_owned};
 use super::purity::acts_when_dropped;
 use super::shared::shared_part;
 use super::sites::Site;
+use super::turbofish::said_of;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
@@ -129,7 +130,13 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         // What a law takes by a type without a lifetime borrows nothing, however it is made.
         let is_owned_by_law = || declared.is_some_and(|ty| is_value(ty) && is_owned(index, &scope, ty));
         if !is_owned(index, &scope, ty) && !is_owned_by_law() {
-            return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
+            return refuse(match ty.external_name() {
+                Some(name @ ("Rc" | "Arc")) => format!(
+                    "{} is an `{name}`, which the law may count, and the iteration would give its own back before: give it what is in there",
+                    what()
+                ),
+                _ => format!("{} may borrow from the iteration, and cannot be kept until its end", what()),
+            });
         }
         let before = Span { end: span.start, ..span };
         return Ok(Input { name, before, instead: "", end, after: nothing, annotation: None, is_lent: false });
@@ -340,6 +347,9 @@ fn declared(of: &LoopBody<'_>, site: &Site, number: usize) -> Option<Ty> {
             _ => None,
         };
         with_args(&written, &|name| {
+            if let Some(said) = said_of(of, site.call, &def.function.generics, name) {
+                return Some(said);
+            }
             let (Some(Ty::Adt(_, names)), Ty::Adt(_, args)) = (own, &site.filter) else { return None };
             let is_it = |own: &Ty| matches!(own, Ty::Param(param) if param.name == name);
             names.iter().position(is_it).and_then(|at| args.get(at)).cloned()

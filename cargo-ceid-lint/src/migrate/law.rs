@@ -51,6 +51,12 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     if def.function.is_async || !matches!(def.function.receiver, Some(Receiver::Exclusive)) {
         return Err(format!("`{}` of `{type_name}` does not take `&mut self`", def.name));
     }
+    if !def.function.generics.params.is_empty() {
+        return Err(format!(
+            "each call of `{}` of `{type_name}` chooses what its parameters stand for, and a guard chooses nothing: let the type have them",
+            def.name
+        ));
+    }
     let Owner::Impl(impl_id) = def.owner else {
         return Err(format!("`{}` is written in its trait, and not for `{type_name}`", def.name));
     };

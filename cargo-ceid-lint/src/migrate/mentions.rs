@@ -8,8 +8,10 @@ use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::boxed::{self, is_for_box, needless_star};
 use super::each;
+use super::formats::is_shown_otherwise;
 use super::loops::Loops;
 use super::owned::is_owned;
+use super::shadowed::{is_by_value, is_of_pointee, is_shadowed};
 use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
@@ -212,7 +214,8 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         let is_each = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.law.each.is_some());
         return refuse(match is_each {
             true => format!(
-                "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one"
+                "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one: \
+                 take what is needed of each by `[…]` or in a `for`, or do this outside of the loop"
             ),
             false if let Some(method) = each::resizing(of, own, at) => format!(
                 "`{method}` changes which elements `{spelled}` has, and a guard holds those that are there from the head of the loop to the \
@@ -233,7 +236,10 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     let is_pointer = own.is_reference() || own.is_box();
     let is_hidden = own.adaptation.is_some() && of.parent(at).is_some_and(|parent| is_hidden(of, parent, at));
     let is_opened = own.adaptation.is_some() || own.is_unboxed();
-    let is_of_pointer = is_pointer && is_shadowed(of, at) && is_opened || is_for_box(of, own, at);
+    let is_of_pointer = is_pointer && is_shadowed(of, at) && !is_of_pointee(of, at, &own.ty);
+    // What a lock gives is no reference.
+    let is_of_pointer =
+        is_of_pointer && (is_opened || own.is_lock_guard || own.locked.is_some()) || is_for_box(of, own, at);
     if is_of_pointer {
         let text = format!("what is called here on `{spelled}` is called on a pointer, which the guard does not have");
         return refuse(text);
@@ -349,6 +355,9 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     if own.locked.is_some() && !is_looked_into {
         return None;
     }
+    if is_adapted && is_format_operand(of, at) && is_shown_otherwise(of, at) {
+        return Some("**");
+    }
     let is_pointer = own.is_box();
     if own.is_unboxed() {
         return boxed::prefix(of, own, at, parent);
@@ -419,26 +428,6 @@ fn shorthand(of: &LoopBody<'_>, at: ExprId) -> Option<String> {
     fields.iter().find(|(_, value)| *value == at)?;
     let is_named = of.text[..of.span(at).start as usize].trim_end().ends_with(':');
     (!is_named && matches!(of.kind(at), ExprKind::Path(_))).then(|| of.written(at).to_owned())
-}
-
-/// Whether a method is called here that the reference behind the guard has for itself.
-fn is_shadowed(of: &LoopBody<'_>, at: ExprId) -> bool {
-    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::MethodCall { receiver, method, .. })
-        if *receiver == at && is_for_references(method))
-}
-
-/// Methods of the standard library that a mutable reference has as well, and then for itself.
-pub(super) fn is_for_references(method: &str) -> bool {
-    is_by_value(method)
-        || matches!(
-            method,
-            "eq" | "ne" | "cmp" | "partial_cmp" | "lt" | "le" | "gt" | "ge" | "borrow" | "borrow_mut" | "type_id"
-        )
-}
-
-/// Those of them that take the value.
-fn is_by_value(method: &str) -> bool {
-    matches!(method, "into" | "try_into" | "max" | "min" | "clamp")
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.

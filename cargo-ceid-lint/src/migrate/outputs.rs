@@ -93,6 +93,14 @@ fn used(of: &LoopBody<'_>, own: &Guarded, site: &Site) -> Result<(String, Option
         );
         return Err(Reason { span, text });
     }
+    if lends(of, site) {
+        let text = format!(
+            "what the update of `{}` gives back is used here, and may be a part of the filter, which its guard has up to the end of the \
+             cycle: let it be a copy",
+            own.spelled
+        );
+        return Err(Reason { span, text });
+    }
     let Some((rest, first)) = before_the_first(of.program.index, output) else {
         let text = format!(
             "what the update of `{}` gives back is used here, where the guard has only that of the cycle before, and in the first \
@@ -106,6 +114,19 @@ fn used(of: &LoopBody<'_>, own: &Guarded, site: &Site) -> Result<(String, Option
         site.method, own.spelled
     );
     Ok((rest.to_owned(), Some(Reason { span, text })))
+}
+
+/// Whether what a law gives back may be a part of its filter.
+fn lends(of: &LoopBody<'_>, site: &Site) -> bool {
+    let index = of.program.index;
+    site.targets.iter().any(|law| {
+        let function = &index.function(*law).function;
+        let output = index.lower(&function.output, &index.scope_of(*law));
+        let written = of.program.sources.snippet(function.head).rsplit_once("->").map_or("", |(_, output)| output);
+        let has_own = written.matches('&').count() > written.matches("&'static ").count();
+        let has_lifetime = |ty: &Ty| matches!(ty, Ty::Adt(id, _) if index.type_def(*id).generics.has_lifetimes);
+        output.has_part(&mut |part| matches!(part, Ty::Ref(..)) && has_own || has_lifetime(part))
+    })
 }
 
 /// How a result is asked for that may not be there yet, and what that gives.

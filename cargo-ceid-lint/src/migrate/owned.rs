@@ -17,8 +17,9 @@ pub(super) fn is_owned(index: &Index, scope: &TyScope<'_>, ty: &Ty) -> bool {
         // A type without a lifetime has none in its fields but `'static`.
         Ty::Adt(id, args) => {
             let generics = &index.type_def(*id).generics;
-            let types = generics.params.iter().filter(|param| !param.is_const).count();
-            !generics.has_lifetimes && args.len() >= types && all(args)
+            // A length borrows nothing, whatever it is.
+            let mut types = generics.params.iter().enumerate().filter(|(_, param)| !param.is_const);
+            !generics.has_lifetimes && types.all(|(at, _)| args.get(at).is_some_and(|arg| is_owned(index, scope, arg)))
         }
         Ty::External(path, args) => is_owned_outside(path, args) && all(args),
         // What the caller of the function has chosen is there before the function runs.

@@ -4,6 +4,7 @@ use super::body::LoopBody;
 use super::inputs::Input;
 use super::loops::Loops;
 use super::sites::Site;
+use super::turbofish::turbofish;
 use crate::index::{Def, FunctionId, Index, Namespace, Owner, TraitName, Ty};
 use crate::syntax::tree::{ExprKind, Receiver};
 
@@ -33,7 +34,7 @@ pub(super) fn path_of_law(loops: &Loops<'_>, of: &LoopBody<'_>, site: &Site, inp
         _ => return None,
     };
     let found = index.resolve(of.def().module, std::slice::from_ref(&name), Namespace::Type);
-    (found == Some(def)).then(|| format!("{name}::{}", site.method))
+    (found == Some(def)).then(|| format!("{name}::{}{}", site.method, turbofish(of, site.call)))
 }
 
 /// The trait that all of some functions are methods of.

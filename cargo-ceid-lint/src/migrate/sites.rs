@@ -12,6 +12,7 @@ use super::locks::locked;
 use super::mentions::held;
 use super::passed::passed_on;
 use super::text::{with_attributes, without_comments};
+use super::turbofish::behind_the_name;
 use super::unfit::unfit;
 use crate::count::Pair;
 use crate::index::{Def, FunctionId, Ty};
@@ -304,6 +305,9 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
             of.written(*base)
         );
     }
+    if matches!(of.typed.expr_def.get(&receiver), Some(Def::Value(_))) {
+        return format!("`{written}` is a `static`, which all code has: let one variable or field own the filter");
+    }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
 }
 
@@ -365,7 +369,9 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
                 && rest.is_some_and(|rest| rest.starts_with(law))
         }),
         ExprKind::Call { callee, .. } => {
-            of.written(*callee).ends_with(law) && parts(*callee).is_some_and(|(before, _)| before.is_empty())
+            let written = of.written(*callee);
+            written.strip_suffix(behind_the_name(written)).is_some_and(|path| path.ends_with(law))
+                && parts(*callee).is_some_and(|(before, _)| before.is_empty())
         }
         _ => false,
     }

@@ -8,13 +8,15 @@ use super::mentions::{Guarded, Mention};
 use super::owned::is_owned;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, PatId, Receiver, StmtKind};
+use crate::syntax::tree::{ExprId, ExprKind, MacroExpr, PatId, Receiver, StmtKind};
 use crate::types::Callee;
 
 /// How a filter is used at one place.
 struct Use {
     /// The filter there.
     at: ExprId,
+    /// Where it is lent: a place that is assigned to, only when the value is there.
+    lent: Span,
     /// Whether it may be changed.
     is_exclusive: bool,
     /// What is evaluated while it is lent for that.
@@ -51,9 +53,16 @@ pub(super) fn used_twice(of: &LoopBody<'_>, own: &Guarded, mentions: &[Mention])
 
 fn conflict(of: &LoopBody<'_>, places: &[ExprId]) -> Option<ExprId> {
     let uses: Vec<Use> = places.iter().map(|at| use_of(of, *at)).collect();
-    let is_in = |one: &Use, around: Span| around.contains(of.span(one.at));
+    let is_closure = |id: &ExprId| matches!(of.kind(*id), ExprKind::Closure(_));
+    let closures =
+        of.inside.iter().copied().filter(is_closure).filter_map(|closure| use_by_closure(of, closure, &uses));
+    let closures: Vec<Use> = closures.collect();
+    let uses: Vec<Use> = uses.into_iter().chain(closures).collect();
+    let is_in = |one: &Use, around: Span| around.contains(one.lent);
     let meets = |one: &Use| {
-        let mut others = uses.iter().filter(|other| other.at != one.at);
+        // What a closure names is a part of what it holds.
+        let is_inside = |other: &Use| of.span(one.at).contains(of.span(other.at)) && is_closure(&one.at);
+        let mut others = uses.iter().filter(|other| other.at != one.at && !is_inside(other));
         others.any(|other| {
             let is_operand = || one.operands.iter().any(|operand| is_in(other, of.span(*operand)));
             let is_beside = || one.held.is_some_and(|held| is_in(other, held));
@@ -64,7 +73,7 @@ fn conflict(of: &LoopBody<'_>, places: &[ExprId]) -> Option<ExprId> {
 }
 
 fn use_of(of: &LoopBody<'_>, place: ExprId) -> Use {
-    let mut found = Use { at: place, is_exclusive: false, operands: Vec::new(), held: None };
+    let mut found = Use { at: place, lent: of.span(place), is_exclusive: false, operands: Vec::new(), held: None };
     let mut at = place;
     while let Some(parent) = of.parent(at) {
         match of.kind(parent) {
@@ -81,12 +90,14 @@ fn use_of(of: &LoopBody<'_>, place: ExprId) -> Use {
             }
             ExprKind::Assign { place, .. } if *place == at => {
                 found.is_exclusive = true;
+                found.lent = behind(of.span(parent));
                 break;
             }
             ExprKind::AssignOp { place, value, .. } if *place == at => {
                 found.is_exclusive = true;
-                if !is_number(of.typed.ty(at)) {
-                    found.operands.push(*value);
+                match is_number(of.typed.ty(at)) {
+                    true => found.lent = behind(of.span(parent)),
+                    false => found.operands.push(*value),
                 }
                 break;
             }
@@ -95,10 +106,33 @@ fn use_of(of: &LoopBody<'_>, place: ExprId) -> Use {
                 found.held = extent(of, parent);
                 break;
             }
+            // What is written to is lent while that is made which is written.
+            ExprKind::Macro(call) if is_writing(call) && of.body.children(parent).first() == Some(&at) => {
+                found.is_exclusive = true;
+                found.operands.extend(of.body.children(parent).into_iter().skip(1));
+                break;
+            }
             _ => break,
         }
     }
     found
+}
+
+fn behind(span: Span) -> Span {
+    Span { start: span.end, ..span }
+}
+
+fn is_writing(call: &MacroExpr) -> bool {
+    matches!(call.path.rsplit("::").next().map(str::trim), Some("write" | "writeln"))
+}
+
+/// How a closure holds the parts of a filter that it names: all of it, for as long as the closure is in use.
+fn use_by_closure(of: &LoopBody<'_>, closure: ExprId, inside: &[Use]) -> Option<Use> {
+    let own = of.span(closure);
+    let mut inside = inside.iter().filter(|one| own.contains(of.span(one.at))).peekable();
+    inside.peek()?;
+    let is_exclusive = inside.any(|one| one.is_exclusive);
+    Some(Use { at: closure, lent: own, is_exclusive, operands: Vec::new(), held: extent(of, closure) })
 }
 
 /// Whether a method may change what it is called on.
@@ -164,9 +198,13 @@ fn extent(of: &LoopBody<'_>, value: ExprId) -> Option<Span> {
     }
 }
 
-/// The last place where a variable of a pattern is named.
+/// The last place where a variable of a pattern is named, or called with what is given to it.
 fn last_use(of: &LoopBody<'_>, pat: PatId) -> Option<Span> {
     let around = of.body.pat(pat).span;
     let locals = of.typed.expr_local.iter().filter(|(_, local)| around.contains(of.typed.local(**local).span));
-    locals.map(|(id, _)| of.span(*id)).max_by_key(|span| span.end)
+    let whole = |id: ExprId| match of.parent(id) {
+        Some(call) if matches!(of.kind(call), ExprKind::Call { callee, .. } if *callee == id) => of.span(call),
+        _ => of.span(id),
+    };
+    locals.map(|(id, _)| whole(*id)).max_by_key(|span| span.end)
 }

@@ -1,6 +1,8 @@
 //! Laws that no guard can run, whatever they belong to.
 
 use super::body::LoopBody;
+use super::text::words;
+use super::turbofish::says_types;
 use crate::index::{FunctionId, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Resolved;
@@ -21,7 +23,7 @@ pub(super) fn unfit(of: &LoopBody<'_>, call: ExprId, callee: &Resolved, name: &s
              that as an input"
         ));
     }
-    if is_any(&|law| is_chosen_by_caller(of, law)) {
+    if !says_types(of, call) && is_any(&|law| is_chosen_by_caller(of, law)) {
         return Some(format!(
             "the type of what the law of `{name}` gives back is chosen by its caller, and a guard chooses none: let the law give back one \
              type"
@@ -51,6 +53,13 @@ fn is_chosen_by_caller(of: &LoopBody<'_>, law: FunctionId) -> bool {
     let function = &index.function(law).function;
     let scope = index.scope_of(law);
     let own = |name: &str| function.generics.params.iter().any(|param| param.name == name && !param.is_const);
+    // The length of an array has its name in the types alone.
+    let head = of.program.sources.snippet(function.head);
+    let (before, output) = head.rsplit_once("->").unwrap_or((head, ""));
+    let is_in_output = |name: &str| words(output, name).next().is_some() && words(before, name).nth(1).is_none();
+    if function.generics.params.iter().any(|param| param.is_const && is_in_output(&param.name)) {
+        return true;
+    }
     let has_own = |ty: &Ty| ty.has_part(&mut |part| matches!(part, Ty::Param(param) if own(&param.name)));
     has_own(&index.lower(&function.output, &scope))
         && !function.params.iter().any(|param| has_own(&index.lower(param, &scope)))

@@ -345,7 +345,12 @@ impl Run<'_> {
         for Keyed { key, plan } in left.iter().copied() {
             let is_of = |fix: &Fix| (&fix.file, &fix.title) == (&key.0, &key.1);
             let why = revision.refused.iter().find(|refused| is_of(&refused.fix));
-            self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
+            let other = self.other_law(plan, &made).map(|other| {
+                let line = first.sources.line(other.head);
+                let file = &first.sources.file(other.head.file).name;
+                format!("guards run one law of a type, which is that of the loop at {file}:{line}: migrate this loop alone if it should be its own")
+            });
+            self.refuse(first, plan, why.map(|refused| refused.why.as_str()).or(other.as_deref()));
         }
         for fix in revision.made.iter().filter(|fix| fix.rule == fix::UNUSED_SUPPRESSION) {
             let verb = if self.args.diff { "would be" } else { "was" };
@@ -360,13 +365,26 @@ impl Run<'_> {
             };
             self.console.say(&format!("{file}:{line}: `{name}` is imported, and {what}"));
         }
-        let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
-        if manifests > 0 && !self.args.diff {
-            self.console.say("`ceid-core` is a dependency now; the next build brings `Cargo.lock` up to date");
+        let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml"));
+        let owners: Vec<String> = manifests.filter_map(|change| directory(&change.path)).collect();
+        if !owners.is_empty() && !self.args.diff {
+            let of = if owners.len() > 1 { format!(" in {}", quoted(&owners)) } else { String::new() };
+            self.console
+                .say(&format!("`ceid-core` is a dependency{of} now; the next build brings `Cargo.lock` up to date"));
         }
         let total = made.len() + left.len() + unplanned;
         self.console.say(&format!("{verb} {} of {}", made.len(), count(total, "loop")));
         left.len()
+    }
+
+    /// The loop that gave a type another law for guards than this one would.
+    fn other_law<'r>(&self, plan: &Plan, made: &[&Keyed<'r>]) -> Option<&'r Plan> {
+        let own = self.taken(plan)?;
+        let is_other = |rewrite: &Rewrite| {
+            let mut laws = rewrite.laws.iter();
+            laws.any(|(ty, law)| own.laws.iter().any(|(other, with)| other.may_be(ty) && with != law))
+        };
+        made.iter().map(|keyed| keyed.plan).find(|plan| self.taken(plan).is_some_and(is_other))
     }
 
     fn title(&self, report: &Report, plan: &Plan, filters: &[String]) -> String {
@@ -398,6 +416,11 @@ impl Run<'_> {
         lines.dedup();
         self.console.warn(&lines.join("\n  "));
     }
+}
+
+/// The directory of a manifest.
+fn directory(manifest: &Path) -> Option<String> {
+    Some(manifest.parent()?.file_name()?.to_string_lossy().into_owned())
 }
 
 fn is_unused(finding: &&Diagnostic) -> bool {
