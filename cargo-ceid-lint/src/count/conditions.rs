@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::callgraph;
 use super::given::{Given, GivenBase, asked_at, given, given_subject, instance_of};
 use crate::flow::{CallSite, ControlFlowGraph, Effect, NodeId, Place, Projection, Subject};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 
 /// How many conditions are handed from a function to its callers.
 const MAX_HANDED: usize = 32;
@@ -137,7 +137,12 @@ fn hand_down(graphs: &mut [Option<ControlFlowGraph>], order: &[FunctionId]) {
     for id in order {
         let Some(graph) = &graphs[id.0 as usize] else { continue };
         // `fn enter(&mut self, to: u8) { if to == 1 { self.pi.reset(); } self.mode = to; }`
-        let copies_asked = |id: NodeId| graph.copied(id).is_some_and(|from| graph.subject_of(&from).is_some());
+        let is_state = |from: &Place| {
+            let var = from.base_var().filter(|_| from.steps.is_empty()).map(|var| graph.var(var));
+            var.is_some_and(|var| var.param.is_some() && var.ty.peel() != &Ty::Float)
+        };
+        let copies_asked =
+            |id: NodeId| graph.copied(id).is_some_and(|from| is_state(&from) && graph.subject_of(&from).is_some());
         let own = graph.node_ids().filter_map(|id| match &graph.node(id).effect {
             Effect::Write(write) if write.head.is_some() || copies_asked(id) => given(graph, &write.place),
             _ => None,

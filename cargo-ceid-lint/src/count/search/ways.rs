@@ -30,11 +30,19 @@ pub(in crate::count) struct Ways {
 impl Search<'_> {
     /// The ways through the whole function, as its callers see them.
     pub(in crate::count) fn ways(&self, region: Region) -> Ways {
-        let exploration = self.explored(region, &self.starts(region), &|run| {
-            run.count_own_loops();
-            run.tell_assumed();
-            run.tells_renewal = true;
-        });
+        let starts = self.starts(region);
+        let explore = |tells_renewal: bool| {
+            self.explored(region, &starts, &|run| {
+                run.count_own_loops();
+                run.tell_assumed();
+                run.tells_renewal = tells_renewal;
+            })
+        };
+        let mut exploration = explore(false);
+        // Whether a reset is behind the last update is asked only where a way has both, for it takes more states.
+        if exploration.ends.iter().any(|end| end.state.reset && end.state.count != Count::Zero) {
+            exploration = explore(true);
+        }
         let gates = super::super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         // A number of updates that only ways have which may not exist.
