@@ -421,10 +421,14 @@ impl Aliases {
         if place.steps.len() > asked + MAX_STEPS {
             return;
         }
+        let Some(sources) = self.sources.get(&var) else {
+            found.insert(place.clone());
+            return;
+        };
         seen.insert(place.clone(), BTreeSet::new());
         let mut own = BTreeSet::new();
         let mut has_source = false;
-        for (steps, source) in self.sources.get(&var).into_iter().flatten() {
+        for (steps, source) in sources {
             if place.steps.len() >= steps.len() && may_match(steps, &place.steps) {
                 has_source = true;
                 self.follow(&source.join(&place.steps[steps.len()..]), asked, seen, &mut own);
