@@ -251,6 +251,7 @@ impl Builder<'_> {
     pub(super) fn settle_copies(&mut self) {
         self.settle_parts_of_params();
         self.keep_saved();
+        self.keep_parts();
         let copies: Vec<(NodeId, Var, Place)> = self
             .graph
             .node_ids()

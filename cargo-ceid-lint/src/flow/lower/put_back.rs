@@ -5,6 +5,9 @@ use std::collections::BTreeSet;
 use super::Builder;
 use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Projection, Transfer, Var};
 
+/// How many nodes before an assignment are looked at for the parts of a literal.
+const MAX_PARTS: usize = 64;
+
 impl Builder<'_> {
     /// A filter that gets a copy of itself back, on which nothing went on, has no new state.
     pub(super) fn keep_unchanged(&mut self, copied_at: NodeId, vars: &BTreeSet<Var>, origin: &Place) {
@@ -59,6 +62,45 @@ impl Builder<'_> {
             writes.iter().filter(is_saved).map(|(id, place, _)| (*id, (*place).clone())).collect();
         for (id, place) in back {
             self.graph.nodes[id.0 as usize].effect = Effect::Reset { place, full: false };
+        }
+    }
+
+    /// A part of a place that a literal gets a copy of, and that goes back to that place with the literal, has been there all the time:
+    /// `state = State { gain: 0.5, lag: state.lag };`
+    pub(super) fn keep_parts(&mut self) {
+        let mut kept: BTreeSet<NodeId> = BTreeSet::new();
+        for id in self.graph.node_ids() {
+            let (Effect::Set(whole) | Effect::Write(whole)) = &self.graph.node(id).effect else { continue };
+            let literal = whole.from.as_ref().filter(|from| from.steps.is_empty()).and_then(Place::base_var);
+            let Some(literal) = literal.filter(|var| self.graph.var(*var).name.is_empty()) else { continue };
+            let is_own = |part: &Assignment| {
+                part.transfer == Transfer::Copy
+                    && part.place.base_var() == Some(literal)
+                    && !part.place.steps.is_empty()
+                    && part.from == Some(whole.place.join(&part.place.steps))
+            };
+            let parts: Vec<NodeId> = (0..id.0)
+                .rev()
+                .map(NodeId)
+                .take(MAX_PARTS)
+                .filter(|at| match &self.graph.node(*at).effect {
+                    Effect::Set(part) | Effect::Write(part) => is_own(part),
+                    _ => false,
+                })
+                .collect();
+            // What the literal asks for in between may have gone on with the part.
+            let from = parts.last().map_or(id.0, |first| first.0);
+            let is_plain = (from..id.0)
+                .map(NodeId)
+                .all(|at| matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Nothing | Effect::Use { .. }));
+            if is_plain && !parts.is_empty() {
+                kept.extend(parts.into_iter().chain([id]));
+            }
+        }
+        for id in kept {
+            if let Effect::Set(set) | Effect::Write(set) = &mut self.graph.nodes[id.0 as usize].effect {
+                set.transfer = Transfer::Move;
+            }
         }
     }
 
