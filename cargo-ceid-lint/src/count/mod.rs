@@ -12,6 +12,7 @@ mod bottom_up;
 mod by_way;
 mod called_place;
 mod callgraph;
+mod carried_over;
 mod chosen_resets;
 mod chosen_returns;
 mod conditions;

@@ -20,32 +20,63 @@ pub(super) fn reached(
     place: &Place,
     with_swaps: bool,
 ) -> BTreeSet<Place> {
+    let edges = graph.nodes.iter().flat_map(|node| match &node.effect {
+        Effect::Set(set) if !with_swaps && is_put_in_place(graph, set) => Vec::new(),
+        Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Copy => Vec::new(),
+        effect => edges_of(summaries, effect),
+    });
+    followed(place, &edges.collect::<Vec<_>>())
+}
+
+/// The places in which what is in one, or a copy or a clone of it, may come to lie within a loop, and that place.
+pub(super) fn copied_to(
+    graph: &ControlFlowGraph,
+    summaries: &Summaries,
+    place: &Place,
+    within: Option<LoopId>,
+) -> BTreeSet<Place> {
+    let is_within = |at: Option<LoopId>| within.is_none_or(|id| graph.is_within(at, id));
+    let nodes = graph.nodes.iter().filter(|node| is_within(node.in_loop));
+    let copies = nodes.clone().filter_map(|node| match &node.effect {
+        Effect::Call(site) => Some(site),
+        _ => None,
+    });
+    let copies = copies.flat_map(|site| {
+        let targets = site.targets.iter().filter_map(|target| summaries.get(*target));
+        targets.flat_map(|target| &target.copies).filter_map(|copy| {
+            let from = site.args.get(copy.param)?.place.as_ref()?;
+            Some((from.join(&copy.steps), Place::var(site.result).join(&copy.part)))
+        })
+    });
+    let items = graph.loops.iter().flat_map(|info| &info.items).map(|(item, from)| (from.clone(), Place::var(*item)));
+    let edges = nodes.flat_map(|node| edges_of(summaries, &node.effect)).chain(copies).chain(items);
+    followed(place, &edges.collect::<Vec<_>>())
+}
+
+/// From where to where something goes at a node.
+fn edges_of(summaries: &Summaries, effect: &Effect) -> Vec<(Place, Place)> {
+    match effect {
+        Effect::Set(set) | Effect::Write(set) => {
+            set.from.iter().map(|from| (from.clone(), set.place.clone())).collect()
+        }
+        Effect::Call(site) => {
+            let result = Place::var(site.result);
+            summaries.borrows(site).into_iter().map(|(part, from)| (from, result.join(part))).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn followed(place: &Place, edges: &[(Place, Place)]) -> BTreeSet<Place> {
     let mut found = BTreeSet::from([place.clone()]);
     let mut open = vec![place.clone()];
     while let Some(name) = open.pop() {
-        let mut add = |from: &Place, to: &Place| {
+        for (from, to) in edges {
             if let Relation::Holds(rest) = from.relate(&name, &|_| None) {
                 let to = to.join(&rest);
                 if to.steps.len() <= MAX_STEPS && found.len() < MAX_PLACES && found.insert(to.clone()) {
                     open.push(to);
                 }
-            }
-        };
-        for node in &graph.nodes {
-            match &node.effect {
-                Effect::Set(set) if !with_swaps && is_put_in_place(graph, set) => {}
-                Effect::Set(set) | Effect::Write(set) if set.transfer != Transfer::Copy => {
-                    if let Some(from) = &set.from {
-                        add(from, &set.place);
-                    }
-                }
-                Effect::Call(site) => {
-                    let result = Place::var(site.result);
-                    for (part, from) in summaries.borrows(site) {
-                        add(&from, &result.join(part));
-                    }
-                }
-                _ => {}
             }
         }
     }
@@ -55,14 +86,34 @@ pub(super) fn reached(
 /// The filters in what a function takes by value that may lie in what it gives back: `fn next(self) -> State`. Whether it has a copy,
 /// its callers know.
 pub(super) fn given_back(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Borrow> {
+    let is_taken = |ty: &Ty| matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Tuple(_));
+    in_result(index, graph, is_taken, |filter| reached(graph, summaries, filter, true))
+}
+
+/// The filters in what a function takes or is lent of which copies or clones may lie in what it gives back:
+/// `fn next_lap(&self) -> Self { Self { pid: self.pid.clone(), laps: self.laps + 1 } }`.
+pub(super) fn copied_back(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Borrow> {
+    if !graph.nodes.iter().any(|node| matches!(&node.effect, Effect::Return(value) if value.place.is_some())) {
+        return BTreeSet::new();
+    }
+    in_result(index, graph, |_| true, |filter| copied_to(graph, summaries, filter, None))
+}
+
+/// The filters in parameters of some types that may lie in the result, where `places` says where each may lie.
+fn in_result(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    takes: impl Fn(&Ty) -> bool,
+    places: impl Fn(&Place) -> BTreeSet<Place>,
+) -> BTreeSet<Borrow> {
     let mut found = BTreeSet::new();
     for (param, var) in graph.params.iter().enumerate() {
         let ty = &graph.var(*var).ty;
-        if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Tuple(_)) {
+        if !takes(ty) {
             continue;
         }
-        for leaf in leaves_and_payloads(index, ty) {
-            let names = reached(graph, summaries, &Place::var(*var).join(&leaf.steps), true);
+        for leaf in leaves_and_payloads(index, ty.peel()) {
+            let names = places(&Place::var(*var).join(&leaf.steps));
             let returned = graph.nodes.iter().filter_map(|node| match &node.effect {
                 Effect::Return(value) => value.place.as_ref(),
                 _ => None,

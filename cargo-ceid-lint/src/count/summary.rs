@@ -29,7 +29,7 @@ use super::slice::ControlDependence;
 use super::stand_ins;
 use super::turns;
 use super::uneven;
-use super::{handed, kept, moves, referred};
+use super::{carried_over, handed, kept, moves, referred};
 use crate::flow::{
     CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var,
 };
@@ -44,6 +44,8 @@ pub(super) struct Summary {
     pub(super) returns: BTreeSet<Borrow>,
     /// The same by the value of a parameter, if one decides.
     pub(super) chosen: Option<ChosenReturns>,
+    /// The filters of its parameters of which its result may hold copies.
+    pub(super) copies: BTreeSet<Borrow>,
     /// The filters that it resets where data chooses them.
     pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
@@ -284,6 +286,7 @@ impl Summaries {
         summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         summary.returns.extend(moves::given_back(program.index, graph, self));
+        summary.copies = moves::copied_back(program.index, graph, self);
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
@@ -407,6 +410,7 @@ impl Summaries {
                 }
             }
         }
+        touched = carried_over::by_filters(program.index, graph, aliases, self, touched);
         touched = touched.into_iter().flat_map(Given::numbered).collect();
         // Where one element is named, each of the others is another instance.
         let places = touched.iter().map(|given| instance_of(graph, given)).collect();

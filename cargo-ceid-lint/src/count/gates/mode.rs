@@ -346,8 +346,16 @@ impl Gates<'_, '_> {
             self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)
         });
         // What goes on in another variant is there.
-        (is_absent && self.search.homes().is_empty())
+        (is_absent && self.search.homes().is_empty() && !self.is_carried_over())
             .then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
+    }
+
+    /// Whether the cycle gives the filter the state back that it had, by a copy that was kept elsewhere.
+    fn is_carried_over(&self) -> bool {
+        self.nodes().any(|id| match &self.search.graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) => self.search.is_carried_over(self.region, set),
+            _ => false,
+        })
     }
 
     /// The enum that a test asks for its variant, if the instance lies in one of them: that one.

@@ -157,7 +157,9 @@ impl Gates<'_, '_> {
             Effect::Reset { place, full } => *full && self.is_held_by(place),
             // A name that is given to the filter replaces nothing: `for voice in &mut voices`.
             Effect::Write(write) | Effect::Set(write) => {
-                write.transfer != Transfer::Borrow && self.is_held_by(&write.place)
+                write.transfer != Transfer::Borrow
+                    && self.is_held_by(&write.place)
+                    && !self.search.is_carried_over(self.region, write)
             }
             Effect::Call(site) => {
                 let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));

@@ -337,7 +337,7 @@ impl Run<'_, '_> {
             if let Some(cause) = chosen {
                 next.unknown = Some(self.cause(&cause));
             }
-            next.reset |= replaced;
+            next.reset = (state.reset || replaced) && !self.is_carried_over(set);
             if replaced && self.is_ahead(&next) {
                 next.unknown = Some(self.made_of_next());
             } else if replaced
@@ -346,7 +346,7 @@ impl Run<'_, '_> {
             {
                 next.unknown = Some(self.cause(&cause));
             }
-            if replaced {
+            if replaced && next.reset {
                 self.rejuvenate(&mut next);
             }
         }

@@ -2,6 +2,7 @@
 //! They are told apart by count, names and known conditions. A breadth-first search finds the shortest witness first.
 
 mod called;
+mod carried_over;
 mod choice;
 mod copies;
 mod counted;

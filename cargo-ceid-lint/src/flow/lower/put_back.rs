@@ -18,7 +18,7 @@ impl Builder<'_> {
             Effect::Set(set) | Effect::Write(set) => id != copied_at && is_one(&set.place) && !is_from(set),
             _ => false,
         };
-        if !vars.iter().all(is_filter) || self.graph.node_ids().any(is_other) {
+        if !vars.iter().all(is_filter) || self.graph.node_ids().any(is_other) || self.is_given_owner(origin) {
             return;
         }
         // What was taken before the loop is what the filter began with.
@@ -32,6 +32,15 @@ impl Builder<'_> {
             self.graph.nodes[id.0 as usize].effect = Effect::Reset { place: origin.clone(), full: false };
             self.graph.given_away.insert((id, copy));
         }
+    }
+
+    /// Whether what holds a place is given as a whole, and what was in that place is gone.
+    fn is_given_owner(&self, place: &Place) -> bool {
+        let holds = |owner: &Place| owner.steps.len() < place.steps.len() && owner.overlaps(place);
+        self.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => !set.rebinds && holds(&set.place),
+            _ => false,
+        })
     }
 
     /// The same for what is kept in another place in between: `self.saved = self.lag; …; self.lag = self.saved;`
@@ -56,7 +65,7 @@ impl Builder<'_> {
             let saves = |(other, to, what): &(NodeId, &Place, &Place)| {
                 to == from && what == place && loop_of(*other) == loop_of(*id)
             };
-            writes.iter().any(saves) && is_updated(place) && !is_updated(from)
+            writes.iter().any(saves) && is_updated(place) && !is_updated(from) && !self.is_given_owner(place)
         };
         let back: Vec<(NodeId, Place)> =
             writes.iter().filter(is_saved).map(|(id, place, _)| (*id, (*place).clone())).collect();

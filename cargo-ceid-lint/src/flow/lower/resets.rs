@@ -63,7 +63,10 @@ impl<'a> Builder<'a> {
             ExprKind::Struct { fields, rest, .. } => {
                 let is_rest = rest.is_some_and(|rest| self.static_place(self.cloned(rest)).as_ref() == Some(&old));
                 let kept = |this: &mut Self, name: &String| match fields.iter().find(|(field, _)| field == name) {
-                    Some((_, value)) => this.computed_from(*value).places.contains(&old.field(name)),
+                    Some((_, value)) => {
+                        let from = this.computed_from(*value).places;
+                        from.contains(&old.field(name)) || from.contains(&old)
+                    }
                     None => is_rest,
                 };
                 let state = self.state_fields(&ty);
