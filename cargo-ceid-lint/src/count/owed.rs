@@ -248,6 +248,7 @@ impl Context<'_> {
                 && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
                 && (!is_param_itself
                     || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
+                && !self.is_only_filled_in(facts, place, leaf, **id)
                 && self.is_sibling(facts, place, **id)
         };
         let siblings: Vec<CycleId> = pairs.iter().filter(owes).map(|(id, _)| *id).collect();
@@ -290,7 +291,7 @@ impl Context<'_> {
 
     /// Whether something is updated that lies in the same element of a collection, or in the same value of an option or variant:
     /// where there is one, there is the other. Another handle to the value may update the rest.
-    fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place, is_shared: bool) -> bool {
+    pub(super) fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place, is_shared: bool) -> bool {
         (0..place.steps.len()).any(|at| {
             let (steps, rest) = place.steps.split_at(at);
             let whole = Place { base: place.base, steps: steps.to_vec() };

@@ -1,11 +1,25 @@
 //! Which of the cycles that update something in the same scope owes a filter its update.
 
 use super::analyse::{Context, CycleId, FunctionFacts};
-use super::instances::{is_in_given, is_resource};
-use crate::flow::{ControlFlowGraph, LoopId, Place, Rounds};
+use super::instances::{Leaf, is_in_given, is_resource};
+use crate::flow::{ControlFlowGraph, LoopId, NodeId, Place, Rounds};
 use crate::index::Index;
 
 impl Context<'_> {
+    /// Whether a filter lies in what a loop around the cycle makes anew, and may be there or not, and the cycle asks nothing of it: values
+    /// that are put into a collection there are what the cycle found out.
+    pub(super) fn is_only_filled_in(&self, facts: &FunctionFacts<'_>, place: &Place, leaf: &Leaf, id: CycleId) -> bool {
+        let graph = facts.graph;
+        let CycleId::Loop(id) = id else { return false };
+        let is_made_anew = place.base_var().is_some_and(|var| graph.var(var).in_loop.is_some());
+        let is_used_at =
+            |node: NodeId| graph.is_within(graph.node(node).in_loop, id) && self.node_uses(facts, node, place);
+        leaf.is_uncertain
+            && is_made_anew
+            && !self.is_beside_updated(facts, place, leaf.is_shared)
+            && !graph.node_ids().any(is_used_at)
+    }
+
     /// The cycle that owes an update to what none updates: one that uses it and updates a sibling, one that updates a sibling for ever,
     /// the one that uses it, and at last one that updates a sibling for some time. A thread that does not have it owes it nothing.
     pub(super) fn owing(

@@ -3,6 +3,7 @@
 use super::builtin;
 use super::closure_params::{closure_params, held_callback};
 use super::infer::Infer;
+use super::inherent::has_own;
 use super::primitive;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
@@ -58,7 +59,7 @@ impl Infer<'_> {
                     }
                 }
                 Ty::External(path, params) => {
-                    let owners = self.methods_of(&ty, method);
+                    let owners = if has_own(path, method) { Vec::new() } else { self.methods_of(&ty, method) };
                     if let Some(owner) =
                         owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
                     {

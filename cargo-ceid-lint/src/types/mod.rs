@@ -14,6 +14,7 @@ mod expr;
 mod guards;
 mod indexed;
 mod infer;
+mod inherent;
 mod methods;
 mod named;
 mod paths;
