@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::judge::Judged;
 use super::laws::Finder;
 use super::words::{Half, half, is_other_verb};
 use crate::config::Multiplicity;
@@ -22,6 +23,31 @@ impl Finder<'_> {
             (is_timed && is_told_step(id)) || self.run_by(id).iter().any(|run| predicted.contains(run))
         };
         laws.iter().filter(|id| half(name(id)).is_none() && predicts(**id)).map(|id| name(id).clone()).collect()
+    }
+
+    /// The groups of laws that advance parts of the state which have nothing to do with each other, where code calls them one beside the
+    /// other: each is owed an update of its own. `pid.position(…); pid.attitude(…);` `None` if all are one group.
+    pub(super) fn independent(&self, laws: &[&Judged]) -> Option<Vec<(Vec<String>, Multiplicity)>> {
+        let mut groups: Vec<Vec<&Judged>> = Vec::new();
+        for law in laws {
+            let state = |judged: &Judged| judged.carried.iter().chain(&judged.runs).cloned().collect::<BTreeSet<_>>();
+            let own = state(law);
+            let is_bound = |group: &Vec<&Judged>| {
+                group.iter().any(|other| {
+                    let theirs = state(other);
+                    let is_apart = !own.is_empty() && !theirs.is_empty() && own.is_disjoint(&theirs);
+                    !is_apart || !self.together.are_beside(law.id, other.id)
+                })
+            };
+            let (bound, mut apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(is_bound);
+            apart.push(bound.into_iter().flatten().chain([*law]).collect());
+            groups = apart;
+        }
+        let names = |group: Vec<&Judged>| {
+            let names: BTreeSet<String> = group.into_iter().map(|law| law.name.clone()).collect();
+            (names.into_iter().collect(), Multiplicity::Once)
+        };
+        (groups.len() > 1).then(|| groups.into_iter().map(names).collect())
     }
 
     /// A method and those of its type that it runs and that change the state, directly or not.

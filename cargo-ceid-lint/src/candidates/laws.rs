@@ -221,7 +221,7 @@ impl<'a> Finder<'a> {
         // One argument means the same in all methods of the law.
         let mut selectors = ids.iter().map(|id| self.selector(*id));
         let key = selectors.next().flatten().filter(|key| selectors.all(|other| other == Some(*key)));
-        let mut law = groups(&names, &self.whole_steps(&ids));
+        let mut law = self.independent(&laws).unwrap_or_else(|| groups(&names, &self.whole_steps(&ids)));
         // Both halves of a law, each seen at work in a cycle, say as much as a law of one method.
         let are_at_work = laws.iter().all(|judged| !judged.carried.is_empty() && judged.uses.in_cycles > 0);
         let is_one = names.len() == 1 || (names.len() == 2 && law.len() == 2 && are_at_work);
