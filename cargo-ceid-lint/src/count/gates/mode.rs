@@ -346,16 +346,24 @@ impl Gates<'_, '_> {
             self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)
         });
         // What goes on in another variant is there.
-        (is_absent && self.search.homes().is_empty() && !self.is_carried_over())
+        (is_absent && self.search.homes().is_empty() && !self.is_kept_in_variant())
             .then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
     }
 
-    /// Whether the cycle gives the filter the state back that it had, by a copy that was kept elsewhere.
-    fn is_carried_over(&self) -> bool {
-        self.nodes().any(|id| match &self.search.graph.node(id).effect {
-            Effect::Set(set) | Effect::Write(set) => self.search.is_carried_over(self.region, set),
-            _ => false,
-        })
+    /// Whether another variant keeps a copy of the filter, which comes back from there.
+    fn is_kept_in_variant(&self) -> bool {
+        let copies = std::cell::OnceCell::new();
+        let is_kept = |(owner, variant): (Place, &str)| {
+            let copies = copies.get_or_init(|| self.search.copies(self.region));
+            copies.iter().filter(|copy| copy.lies_at(&owner)).any(|copy| {
+                matches!(copy.steps.get(owner.steps.len()), Some(Projection::Field(other)) if **other != *variant)
+            })
+        };
+        self.owners().any(is_kept)
+            && self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => self.search.is_carried_over(self.region, set),
+                _ => false,
+            })
     }
 
     /// The enum that a test asks for its variant, if the instance lies in one of them: that one.

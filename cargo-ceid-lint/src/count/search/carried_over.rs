@@ -21,7 +21,8 @@ impl Search<'_> {
         is_back(self.aliases, self.instance, set, |part| self.copies(region).contains(part))
     }
 
-    fn copies(&self, region: Region) -> BTreeSet<Place> {
+    /// Where the instance or a copy of it may lie in a region.
+    pub(in crate::count) fn copies(&self, region: Region) -> BTreeSet<Place> {
         let within = match region {
             Region::Loop(id) => Some(id),
             Region::Function => None,
