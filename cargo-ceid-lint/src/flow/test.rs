@@ -214,6 +214,12 @@ pub struct About {
 }
 
 impl About {
+    /// Whether what a variable is to hold is there.
+    #[must_use]
+    pub fn presence_of(var: Var) -> Self {
+        Self { is_presence: true, binds: vec![var], reads: vec![Place::var(var)], ..Self::default() }
+    }
+
     /// Whether nothing is asked but whether an `Option` or `Result` holds something.
     #[must_use]
     pub fn asks_presence(&self) -> bool {

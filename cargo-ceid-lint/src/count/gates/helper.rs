@@ -104,7 +104,17 @@ impl Gates<'_, '_> {
                     true => given(graph, &self.taken_from(place)),
                     false => readable(self.taken_from(place)),
                 };
-                let reads: Option<Vec<Given>> = reads.iter().map(read).collect();
+                let told_to: Vec<Option<Given>> = reads.iter().map(read).collect();
+                // A message is compared with what the helper kept of the one before: `if seq > self.seen { self.seen = seq; … }`
+                let is_handed = |given: &Given| match given.base {
+                    GivenBase::Param(number) => !matches!(graph.var(graph.params[number]).ty, Ty::Ref(..)),
+                    GivenBase::Static(_) => false,
+                };
+                let is_of_message = test.about.is_comparison && told_to.iter().flatten().any(is_handed);
+                let reads: Option<Vec<Given>> = match is_of_message {
+                    true => Some(told_to.into_iter().flatten().collect()),
+                    false => told_to.into_iter().collect(),
+                };
                 let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
                 Some(Asks {
                     reads: reads.filter(|reads| !reads.is_empty())?,

@@ -361,6 +361,10 @@ impl Gates<'_, '_> {
             let has_part = |var: &Var| self.feeds_any(&[*var]) || self.is_instance(&Place::var(*var));
             return about.binds.len() > zips && about.binds.iter().all(has_part);
         }
+        // `radio().and(read())` is absent where something is that feeds nothing, unless both are of one object.
+        if about.names.iter().any(|name| name == "and") && about.reads.len() != 1 {
+            return false;
+        }
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
         }
@@ -368,11 +372,14 @@ impl Gates<'_, '_> {
             return true;
         }
         // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into. `read()?` asks for nothing but a name.
+        let is_only_called = |place: &Place| {
+            self.ty(place).is_some_and(|ty| matches!(ty.peel(), Ty::Function(..)) || ty.called_as().is_some())
+        };
         let into = graph.computed.iter().filter(|(_, computed)| {
             computed.calls.iter().any(|name| !is_question(name))
                 && holds_names(computed)
                 && about.reads.iter().all(|place| computed.places.contains(place))
-                && (!about.reads.is_empty() || (asks_name && computed.places.is_empty()))
+                && (!about.reads.is_empty() || (asks_name && computed.places.iter().all(is_only_called)))
                 // What the filter gave is not what feeds it, but for what it is zipped with.
                 && (computed.calls.iter().any(|name| name == "zip") || !computed.places.iter().any(|place| self.lies_in_instance(place)))
         });

@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source, Stage};
 use super::subjects::lends_payload;
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, Value};
 use crate::flow::{About, LoopId, Place, Rounds};
 use crate::index::Ty;
 use crate::source::Span;
@@ -71,10 +71,28 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether a closure makes something of an item, or says that it is none, and asks for nothing but the item:
+    /// `lines.filter_map(|line| line.parse::<f32>().ok())`.
+    pub(super) fn makes_of_item(&self, closure: ClosureRef) -> bool {
+        let frame = &self.frames[closure.frame];
+        let ExprKind::Closure(code) = &frame.body.expr(closure.expr).kind else { return false };
+        let span = frame.body.expr(code.body).span;
+        let inside = frame.body.exprs.iter().filter(|expr| span.contains(expr.span));
+        // What is called without the item answers for something else.
+        let asks_elsewhere = |kind: &ExprKind| match kind {
+            ExprKind::Call { args, .. } => args.is_empty(),
+            ExprKind::Path(path) => path.text().chars().all(|letter| letter.is_ascii_uppercase() || letter == '_'),
+            _ => false,
+        };
+        frame.typed.ty(code.body).external_name() == Some("Option")
+            && self.mentions(closure).next().is_none()
+            && !inside.into_iter().any(|expr| asks_elsewhere(&expr.kind))
+    }
+
     /// Goes on with a round where its item is there, and with the next round where it is not.
     pub(super) fn skip_absent(&mut self, id: LoopId, value: &Value, span: Span) {
         let Some(var) = value.place.as_ref().and_then(Place::base_var) else { return };
-        let about = About { is_presence: true, binds: vec![var], reads: vec![Place::var(var)], ..About::default() };
+        let about = About::presence_of(var);
         let (present, absent) = self.opaque_branch(span, "let Some(_) = item".to_owned(), about);
         self.resume(absent);
         let head = self.graph.loops[id.0 as usize].head;

@@ -118,7 +118,7 @@ impl Builder<'_> {
     pub(super) fn computed_from(&mut self, id: ExprId) -> Computed {
         let body = self.body();
         let mut computed = Computed::default();
-        let mut limits: BTreeSet<ExprId> = BTreeSet::new();
+        let (mut limits, mut asked) = (BTreeSet::<ExprId>::new(), BTreeSet::<ExprId>::new());
         for expr in body.within(id) {
             if limits.contains(&expr) {
                 continue;
@@ -126,13 +126,23 @@ impl Builder<'_> {
             limits.extend(self.limits_of_wait(expr).flat_map(|limit| body.within(limit)));
             computed.calls.extend(received_by(self.constants(), expr).map(str::to_owned));
             match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
+                ExprKind::MethodCall { receiver, method, args, .. } => {
+                    computed.calls.push(method.clone());
+                    match (method.as_str(), args.as_slice()) {
+                        // What decides whether there is a value has no part in it.
+                        ("and", [_]) => limits.extend(body.within(*receiver)),
+                        ("filter", [arg]) => asked.extend(body.within(*arg)),
+                        _ => {}
+                    }
+                }
                 ExprKind::Await(_) => computed.calls.push("await".to_owned()),
                 ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
                 ExprKind::Call { callee, .. } => {
+                    let is_handed =
+                        !asked.contains(&expr) && matches!(self.typed().callees.get(&expr), Some(Callee::Parameter(_)));
                     if let ExprKind::Path(path) = &body.expr(*callee).kind
                         && path.segments.len() == 1
-                        && !self.typed().expr_local.contains_key(callee)
+                        && (is_handed || !self.typed().expr_local.contains_key(callee))
                     {
                         computed.calls.push(path.last().to_owned());
                     }

@@ -975,7 +975,8 @@ impl Builder<'_> {
     fn stage(&mut self, id: LoopId, stage: Stage, item: Value, head: NodeId, span: Span, is_lent: bool) -> Value {
         let first = self.graph.nodes.len();
         let Some(closure) = stage.closure() else { return self.numbered(id, item, span) };
-        if matches!(stage, Stage::Filter(_)) && self.at.is_some() {
+        let makes_item = matches!(stage, Stage::Filter(_)) && self.makes_of_item(closure);
+        if matches!(stage, Stage::Filter(_)) && !makes_item && self.at.is_some() {
             let skipped = self.add_node(Effect::Nothing, span);
             if self.inline_question(closure, &stage.args(&item), skipped) {
                 let passes = self.at;
@@ -1010,7 +1011,9 @@ impl Builder<'_> {
                     // What the closure answers is a condition like any other.
                     let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
                     let truth = Value { same_as: made.same_as.filter(is_truth), ..Value::default() };
-                    let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
+                    let asked = item.place.as_ref().and_then(Place::base_var).filter(|_| makes_item);
+                    let about = asked.map(crate::flow::About::presence_of).unwrap_or_default();
+                    let text = "the item passes the filter".to_owned();
                     let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
                     self.leave_out(head, is_lent || self.acts_since(first), span);
