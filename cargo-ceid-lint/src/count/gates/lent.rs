@@ -84,7 +84,7 @@ impl Gates<'_, '_> {
     }
 
     /// The calls of functions with a body by whose name a test asks.
-    fn asked_helpers<'b>(&'b self, test: &'b Test) -> impl Iterator<Item = (&'b CallSite, &'b Body)> {
+    pub(super) fn asked_helpers<'b>(&'b self, test: &'b Test) -> impl Iterator<Item = (&'b CallSite, &'b Body)> {
         let index = self.search.program.index;
         let is_named = |target: &FunctionId| test.about.names.contains(&index.function(*target).name);
         self.nodes().filter_map(move |id| {

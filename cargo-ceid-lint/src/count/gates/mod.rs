@@ -351,7 +351,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
-        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) || self.asks_poison(test) {
+        let is_setting = || (is_kept || self.is_unchanging(test)) && !self.asks_changed_state(test, way);
+        if test.subject.is_some() && is_setting() || self.asks_poison(test) {
             return Some(Gate::Config);
         }
         if self.rotates(test) || self.draws_in_turn(test) {

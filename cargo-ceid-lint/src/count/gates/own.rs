@@ -3,8 +3,8 @@
 use super::signals::{OF_NUMBERS, may_be_time};
 use super::{Gates, Way};
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, NodeId, Place, Test};
-use crate::index::Ty;
+use crate::flow::{Argument, CallSite, Effect, NodeId, Place, Test};
+use crate::index::{FunctionId, Ty};
 
 impl Gates<'_, '_> {
     /// Why a filter skips that is asked itself. What nothing in the cycle changes is a setting; what only updates and resets change
@@ -57,9 +57,26 @@ impl Gates<'_, '_> {
             |place: &Place| matches!(self.ty(place), Some(Ty::Float)) || self.is_of_filter_as_a_whole(place);
         let brings = |name: &String| !may_be_time(name) && !OF_NUMBERS.contains(&name.as_str());
         self.asks_only_filter(test)
-            && test.about.is_comparison
+            && (test.about.is_comparison || self.hands_reading_on(test))
             && test.subject.is_some_and(|id| self.search.graph.subjects[id.0 as usize].reads.iter().all(is_number))
             && self.fed().calls.iter().any(brings)
+    }
+
+    /// Whether a condition gives what it reads of the filter to a function, which compares it: `if is_allowed(lag.level()) { … }`.
+    pub(super) fn hands_reading_on(&self, test: &Test) -> bool {
+        let is_free = |target: &FunctionId| {
+            let function = &self.search.program.index.function(*target).function;
+            function.receiver.is_none()
+        };
+        let is_reading = |arg: &Argument| arg.place.as_ref().is_none_or(|place| !self.is_of_filter_as_a_whole(place));
+        self.asked_helpers(test).any(|(site, _)| site.targets.iter().all(is_free) && site.args.iter().all(is_reading))
+    }
+
+    /// Whether a condition asks for what updates of the filter change, or something else does.
+    pub(super) fn asks_changed_state(&self, test: &Test, way: &Way) -> bool {
+        let subject = test.subject.map(|id| &self.search.graph.subjects[id.0 as usize]);
+        let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
+        reads.iter().any(|place| self.lies_in_instance(place)) && self.changed_by(reads, way) != Some(Gate::Config)
     }
 
     /// Whether a place is a filter: a getter of which the fields are not known that it reads.

@@ -188,7 +188,7 @@ impl Gates<'_, '_> {
                 _ => false,
             })
         };
-        by_place && !is_law() && !self.is_narrowed(test)
+        by_place && !is_law() && !self.is_narrowed(test) && !self.hands_reading_on(test)
     }
 
     /// Whether what is present or absent are filters, from which this one may be fed: what they give is there as long as they are.
