@@ -1,10 +1,10 @@
 //! What iterators carry from round to round, where that may hold filters: the state of `scan`, and what `fold` goes on with.
 
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind, PatKind};
 
 /// The first argument of a consumer's closure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,19 @@ impl Builder<'_> {
         let var = self.temporary(ty, span);
         self.set(var, value, span);
         Some(var)
+    }
+
+    /// What a closure goes on with is computed from what `fold` began with: `stages.iter_mut().fold(*sample, |value, stage| stage.run(value))`.
+    pub(super) fn derive_begun(&mut self, consumer: ExprId, closure: ClosureRef) {
+        let ExprKind::MethodCall { args, .. } = &self.body().expr(consumer).kind else { return };
+        let ([first, _], frame) = (args.as_slice(), &self.frames[closure.frame]) else { return };
+        let ExprKind::Closure(code) = &frame.body.expr(closure.expr).kind else { return };
+        let Some((PatKind::Bind { .. }, pat)) = code.params.first().map(|(pat, _)| (&frame.body.pat(*pat).kind, *pat))
+        else {
+            return;
+        };
+        let var = frame.typed.pat_local.get(&pat).and_then(|local| frame.vars.get(local)).copied();
+        self.derive(var.as_slice(), *first);
     }
 
     /// What a round gives is what the next one begins with.

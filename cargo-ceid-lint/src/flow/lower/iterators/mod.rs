@@ -772,6 +772,9 @@ impl Builder<'_> {
                     this.note_chosen(&choosing, (closure.frame, pat));
                 }
                 let value = this.inline_closure(closure, &args, span);
+                if takes_state {
+                    this.derive_begun(expr, closure);
+                }
                 match state.var() {
                     Some(state) => this.carry_on(state, &value, span),
                     None => {
