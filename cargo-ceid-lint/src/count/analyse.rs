@@ -323,7 +323,7 @@ impl Context<'_> {
             Multiplicity::Any => !matches!(decision.verdict, Verdict::Unproved | Verdict::Guarded),
         };
         if !may_skip {
-            return decision;
+            return Decision { skips: false, ..decision };
         }
         let is_by_guard = |at: NodeId| match &search.graph.node(at).effect {
             Effect::Update(update) => update.run_by.is_guard(),

@@ -248,7 +248,7 @@ fn guard(defect: &GuardDefect) -> Option<Diagnostic> {
                 "{what} {} updated when the guard ends, with what was fed so far and not with what follows",
                 if defect.names.len() == 1 { "is" } else { "are" }
             ),
-            "bind the guard to a name at the head of the cycle: `let guard = …;`".to_owned(),
+            "make the guard at the head of the cycle, in no block inside of it: `ceid_core::ceid!(…);`, or `let guard = …;`".to_owned(),
         ),
         _ => (
             format!("this guard is never dropped: {} keeps its destructor from running", defect.what),
