@@ -164,7 +164,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the head of the loop binds a variable.
-    fn binds(&self, var: Var) -> bool {
+    pub(super) fn binds(&self, var: Var) -> bool {
         matches!(self.region, Region::Loop(id) if self.search.graph.loop_info(id).bound.contains(&var))
     }
 
