@@ -227,6 +227,7 @@ impl Summaries {
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         for id in graph.node_ids() {
+            super::alters::note_number(program.index, graph, &aliases, id, &mut summary.writes);
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);
