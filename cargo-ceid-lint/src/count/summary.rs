@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answering::Answering;
 use super::answers::{Answers, answers};
+use super::between::Between;
 use super::bottom_up::{most_states, too_many_ways};
 use super::chosen_resets;
 use super::chosen_returns::{self, Borrow, ChosenReturns};
@@ -172,16 +173,13 @@ pub(super) struct Summaries {
     pub(super) is_recursion: bool,
     /// Of which functions it matters what they answer.
     pub(super) answering: Answering,
+    /// What changes between two calls, once all functions are known.
+    pub(super) between: Between,
 }
 
 impl Summaries {
     pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
         self.of.get(&id)
-    }
-
-    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
-    pub(super) fn is_open(&self, id: FunctionId) -> bool {
-        self.open.contains(&id) && !self.of.contains_key(&id)
     }
 
     /// The places at a call that the summaries of its callees tell of.

@@ -1,6 +1,7 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
 mod arms;
+mod around;
 mod by_laws;
 mod carried;
 mod checked;
@@ -64,7 +65,7 @@ use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
+use crate::flow::{CallSite, Cause, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
 
 /// What is asked of one filter in one cycle.
@@ -92,6 +93,10 @@ pub(super) struct Gates<'s, 'a> {
     /// See [`Self::calls_write`].
     written: OnceCell<BTreeSet<Place>>,
     reach: OnceCell<Vec<bool>>,
+    /// See [`Self::around`].
+    around: OnceCell<Vec<Self>>,
+    /// Why what was taken for a setting is none, see [`Self::is_written_between`].
+    between: RefCell<Option<Cause>>,
     /// See [`Self::resets`].
     resetting: RefCell<BTreeMap<NodeId, bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
@@ -125,6 +130,8 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             written: OnceCell::new(),
             reach: OnceCell::new(),
+            around: OnceCell::new(),
+            between: RefCell::default(),
             resetting: RefCell::default(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
@@ -148,6 +155,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if end.state.count != crate::count::counts::Count::Zero || end.state.reset {
             return None;
         }
+        self.between.replace(None);
         let Some(at) = end.state.skipped_at else {
             return self.of_number(counted_past(self.search, exploration, end)?);
         };
@@ -313,7 +321,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Sample);
         }
         if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
-            return Some(Gate::Config);
+            return self.of_setting(test, at, way);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
             return if self.binds_filters(test) {
@@ -351,7 +359,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
-        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) || self.asks_poison(test) {
+        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
+            return self.of_setting(test, at, way);
+        }
+        if self.asks_poison(test) {
             return Some(Gate::Config);
         }
         if self.rotates(test) || self.draws_in_turn(test) {
