@@ -44,20 +44,47 @@ impl Gates<'_, '_> {
         regions
     }
 
+    /// Whether the filter has another name in each round of a cycle around this one, so that it is not followed from one block to the
+    /// next: `for (channel, block) in channels.iter_mut().zip(blocks)`.
+    fn loses_name(&self, outer: &Self) -> bool {
+        !self.search.outlives(outer.region, self.search.instance)
+    }
+
     /// What a condition waits for that has one value for all iterations: nothing, as far as it has the same one in the next block.
     pub(super) fn of_setting(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
-        let is_setting =
-            |outer: &&Self| outer.is_kept_flag(test) || outer.is_unchanging(test) || outer.asks_whether_set(test);
+        let subject = test.subject.map(|id| &self.search.graph.subjects[id.0 as usize]);
+        let asked = subject.map_or(&test.about.reads, |subject| &subject.reads);
+        // A part of what a loop goes over is the same one in the next block.
+        let is_part_left_alone = |outer: &Self, place: &Place| {
+            let is_lent = place.base_var().is_some_and(|var| matches!(self.search.graph.var(var).ty, Ty::Ref(..)));
+            is_lent && !place.steps.is_empty() && outer.is_left_alone(place)
+        };
+        let is_setting = |outer: &&Self| {
+            outer.is_kept_flag(test)
+                || outer.is_unchanging(test)
+                || outer.asks_whether_set(test)
+                || self.loses_name(outer) && asked.iter().all(|place| is_part_left_alone(outer, place))
+        };
         match self.around().iter().find(|outer| !is_setting(outer)) {
             None => {
-                let subject = test.subject.map(|id| &self.search.graph.subjects[id.0 as usize]);
-                let asked = subject.into_iter().flat_map(|subject| &subject.reads);
                 let behind = self.behind(test).places;
                 let mut places = test.about.reads.iter().chain(asked).chain(&behind);
                 (!places.any(|place| self.is_written_between(place))).then_some(Gate::Config)
             }
-            Some(outer) => outer.of_condition(test, at, &outer.way_through(at, way), 0),
+            Some(outer) => {
+                let gate = outer.of_condition(test, at, &outer.way_through(at, way), 0);
+                let is_followed = !self.loses_name(outer) || !matches!(gate, None | Some(Gate::Mode));
+                self.is_lost.set(self.is_lost.get() || !is_followed);
+                gate.filter(|_| is_followed)
+            }
         }
+    }
+
+    /// Why it is not known whether what changes between two blocks of samples resets the filter.
+    pub(super) fn doubt_between(&self) -> Option<Cause> {
+        let name = || self.search.graph.place_name(self.search.program.index, self.search.instance);
+        let lost = || Cause::Code(format!("what becomes of `{}` between two blocks of samples", name()));
+        self.between.take().or_else(|| self.is_lost.get().then(lost))
     }
 
     /// Whether the cycle that brings the samples over which this loop goes writes a place between two blocks, which is noted as a doubt.
@@ -82,7 +109,13 @@ impl Gates<'_, '_> {
     /// Whether the filter is reset in each pause that a mode makes, also in one that lasts to the end of the block.
     pub(super) fn resets_in_pauses(&self, mode: Mode) -> bool {
         let search = self.search;
-        let in_all = || self.around().iter().all(|outer| search.resets_in_pauses(outer.region, mode));
+        let in_all = || {
+            self.around().iter().all(|outer| {
+                let is_lost = self.loses_name(outer);
+                self.is_lost.set(self.is_lost.get() || is_lost);
+                !is_lost && search.resets_in_pauses(outer.region, mode)
+            })
+        };
         search.resets_in_pauses(self.region, mode)
             && (self.around().is_empty() || search.begins_anew(self.region, mode) || in_all())
     }

@@ -18,8 +18,7 @@ impl Gates<'_, '_> {
             Effect::Branch(test) => self.written_by_other_name(test),
             _ => None,
         };
-        self.between
-            .take()
+        self.doubt_between()
             .or_else(|| self.hangs_on_law(end))
             .or_else(|| is_unknown().then(limit))
             .or_else(by_other_name)

@@ -46,7 +46,7 @@ mod way;
 mod window;
 mod writes;
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
@@ -97,6 +97,8 @@ pub(super) struct Gates<'s, 'a> {
     around: OnceCell<Vec<Self>>,
     /// Why what was taken for a setting is none, see [`Self::is_written_between`].
     between: RefCell<Option<Cause>>,
+    /// Whether a cycle around it loses its name, see [`Self::of_setting`].
+    is_lost: Cell<bool>,
     /// See [`Self::resets`].
     resetting: RefCell<BTreeMap<NodeId, bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
@@ -132,6 +134,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             reach: OnceCell::new(),
             around: OnceCell::new(),
             between: RefCell::default(),
+            is_lost: Cell::default(),
             resetting: RefCell::default(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
