@@ -5,7 +5,7 @@ use super::{Gates, Way};
 use crate::count::functions::is_run_as_cycle;
 use crate::count::search::{Mode, Region};
 use crate::count::verdict::Gate;
-use crate::flow::{Cause, LoopId, NodeId, Place, Rounds, Test};
+use crate::flow::{Cause, Effect, LoopId, NodeId, Place, Rounds, Test};
 use crate::index::Ty;
 
 impl Gates<'_, '_> {
@@ -57,7 +57,11 @@ impl Gates<'_, '_> {
         // A part of what a loop goes over is the same one in the next block.
         let is_part_left_alone = |outer: &Self, place: &Place| {
             let is_lent = place.base_var().is_some_and(|var| matches!(self.search.graph.var(var).ty, Ty::Ref(..)));
-            is_lent && !place.steps.is_empty() && outer.is_left_alone(place)
+            let writes = |id: NodeId| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) => !write.rebinds && write.place.overlaps(place),
+                _ => false,
+            };
+            is_lent && !place.steps.is_empty() && !outer.nodes().any(writes) && !outer.calls_write(place)
         };
         let is_setting = |outer: &&Self| {
             outer.is_kept_flag(test)
