@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::callgraph::callees;
 use super::functions::is_run_as_cycle;
 use super::instances::place_ty;
-use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Projection, Rounds};
+use crate::flow::{Argument, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Projection, Rounds};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// The field of a type.
@@ -32,6 +32,8 @@ struct Cycle {
     written: BTreeSet<Field>,
     /// All functions that it calls, in order.
     called: Vec<FunctionId>,
+    /// The functions with loops that it calls itself, each with the number of an argument that is another value in each iteration.
+    anew: BTreeSet<(FunctionId, usize)>,
 }
 
 impl Between {
@@ -103,13 +105,23 @@ impl Between {
         for id in inside {
             self.around.entry(id).or_default().push(self.cycles.len());
         }
-        self.cycles.push(Cycle { function: graph.function, written, called: reached.into_iter().collect() });
+        let calls_rounds = |id: &NodeId| called(*id).iter().any(|target| with_rounds.contains(&index.origin(*target)));
+        let nodes = graph.node_ids().filter(is_inside).filter(calls_rounds);
+        let anew = nodes.flat_map(|id| given_anew(graph, id, region));
+        let anew = anew.map(|(function, number)| (index.origin(function), number)).collect();
+        self.cycles.push(Cycle { function: graph.function, written, called: reached.into_iter().collect(), anew });
     }
 
     /// A function that a cycle around the calls of another one runs, or is, and that writes a place which that is given, or what it is a
     /// part of.
     pub(super) fn writer(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<FunctionId> {
-        let around = self.around.get(&index.origin(graph.function))?;
+        let own = index.origin(graph.function);
+        let around = self.around.get(&own)?;
+        let param = place.base_var().filter(|_| place.steps.is_empty()).and_then(|var| graph.var(var).param);
+        if let Some(number) = param {
+            let mut cycles = around.iter().map(|cycle| &self.cycles[*cycle]);
+            return cycles.find(|cycle| cycle.anew.contains(&(own, number))).map(|cycle| cycle.function);
+        }
         let parts =
             (1..=place.steps.len()).map(|count| Place { base: place.base, steps: place.steps[..count].to_vec() });
         let fields: Vec<Field> = parts.filter_map(|part| field_of(index, graph, &part)).collect();
@@ -123,6 +135,33 @@ impl Between {
             })
         })
     }
+}
+
+/// The arguments of a call that are other values in each iteration: what the iteration asks something for, what it assigns, and what a
+/// function is called with that is the cycle.
+fn given_anew(graph: &ControlFlowGraph, at: NodeId, region: Option<LoopId>) -> Vec<(FunctionId, usize)> {
+    let Effect::Call(site) = &graph.node(at).effect else { return Vec::new() };
+    let is_inside = |id: &NodeId| region.is_none_or(|own| graph.is_within(graph.node(*id).in_loop, own));
+    let asks = |calls: &[String]| calls.iter().any(|name| name != "clone");
+    let is_assigned = |place: &Place| {
+        graph.node_ids().filter(is_inside).any(
+            |id| matches!(&graph.node(id).effect, Effect::Write(write) | Effect::Set(write) if write.place == *place),
+        )
+    };
+    let is_anew = |place: &Place| {
+        let Some(var) = place.base_var().filter(|_| place.steps.is_empty()) else { return false };
+        let info = graph.var(var);
+        let lasts = region.is_some_and(|own| !graph.is_within(info.in_loop, own));
+        let is_given = || info.param.is_some() && info.name != "self" && !matches!(info.ty, Ty::Ref(..));
+        let is_asked_for = || graph.computed.get(&var).is_some_and(|computed| asks(&computed.calls));
+        if lasts { is_assigned(place) } else { is_given() || is_asked_for() }
+    };
+    let is_of_iteration = |arg: &Argument| {
+        let is_constant = arg.head.is_some() || arg.is_setting;
+        !is_constant && (asks(&arg.from.calls) || arg.value_of.iter().chain(&arg.from.places).any(is_anew))
+    };
+    let numbers = site.args.iter().enumerate().filter(|(_, arg)| is_of_iteration(arg)).map(|(number, _)| number);
+    numbers.flat_map(|number| site.targets.iter().map(move |target| (*target, number))).collect()
 }
 
 /// Whether a place is the caller's, or lies behind a reference.
