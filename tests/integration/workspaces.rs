@@ -163,6 +163,11 @@ fn functions_that_change_one_state() {
 }
 
 #[test]
+fn numbers_that_functions_move_on() {
+    check("configured_numbers");
+}
+
+#[test]
 fn names_that_clash_and_names_for_the_same() {
     check("configured_names");
 }

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::given::{Given, bound, note, place_of};
+use super::instances::place_ty;
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, Effect};
+use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, Update};
+use crate::index::{Index, Ty};
 
 pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Given> {
     let mut found = BTreeSet::new();
@@ -23,4 +25,24 @@ pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summ
     }
     bound(&mut found);
     found
+}
+
+/// What an update or a reset writes of a filter that is nothing but a number, as the state of a function is: that number.
+pub(super) fn number_of<'g>(index: &Index, graph: &ControlFlowGraph, effect: &'g Effect) -> Option<&'g Place> {
+    let (Effect::Update(Update { place, .. }) | Effect::Reset { place, .. }) = effect else { return None };
+    let ty = place_ty(index, graph, place)?;
+    matches!(ty.peel(), Ty::Float | Ty::Int | Ty::Bool).then_some(place)
+}
+
+/// Takes note of such a number.
+pub(super) fn note_number(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    at: NodeId,
+    writes: &mut BTreeSet<Given>,
+) {
+    if let Some(number) = number_of(index, graph, &graph.node(at).effect) {
+        note(graph, aliases, number, writes);
+    }
 }

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::answering::Answering;
+use super::between::Between;
 use super::callgraph::{by_return, calls_itself, levels};
 use super::given::{Given, GivenBase, given, instance_of};
 use super::instances::{inner, may_hold_filter};
@@ -39,7 +40,13 @@ impl Summaries {
                 summaries.settle(program, graphs, by_return(graphs, component));
             }
         }
+        summaries.between = Between::of(program, graphs);
         summaries
+    }
+
+    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
+    pub(super) fn is_open(&self, id: FunctionId) -> bool {
+        self.open.contains(&id) && !self.of.contains_key(&id)
     }
 
     /// Computes the summaries of functions that call each other, until they no longer change.

@@ -207,6 +207,17 @@ pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Sum
         && !inside.iter().any(|node| touches(&node.effect))
 }
 
+/// Whether a function is said to be one control cycle, or known to be one.
+pub(super) fn is_run_as_cycle(program: &Program<'_>, id: FunctionId) -> bool {
+    match program.directive(program.index.function(id).function.keyword) {
+        Some(CycleDirective::Cycle) => true,
+        Some(CycleDirective::NotACycle) => false,
+        Some(CycleDirective::Every(_)) | None => {
+            is_cycle_function(program.index, id) || program.index.is_declared_cycle(id)
+        }
+    }
+}
+
 /// Whether a framework calls the function once per cycle, or it is the law of a filter that is made of filters.
 #[must_use]
 pub fn is_cycle_function(index: &Index, id: FunctionId) -> bool {

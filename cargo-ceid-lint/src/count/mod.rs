@@ -8,6 +8,7 @@ mod answering;
 mod answers;
 mod assumed;
 mod behind;
+mod between;
 mod bottom_up;
 mod by_way;
 mod called_place;

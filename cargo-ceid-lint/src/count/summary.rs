@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answering::Answering;
 use super::answers::{Answers, answers};
+use super::between::Between;
 use super::bottom_up::{most_states, too_many_ways};
 use super::chosen_resets;
 use super::chosen_returns::{self, Borrow, ChosenReturns};
@@ -172,16 +173,13 @@ pub(super) struct Summaries {
     pub(super) is_recursion: bool,
     /// Of which functions it matters what they answer.
     pub(super) answering: Answering,
+    /// What changes between two calls, once all functions are known.
+    pub(super) between: Between,
 }
 
 impl Summaries {
     pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
         self.of.get(&id)
-    }
-
-    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
-    pub(super) fn is_open(&self, id: FunctionId) -> bool {
-        self.open.contains(&id) && !self.of.contains_key(&id)
     }
 
     /// The places at a call that the summaries of its callees tell of.
@@ -227,6 +225,7 @@ impl Summaries {
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         for id in graph.node_ids() {
+            super::alters::note_number(program.index, graph, &aliases, id, &mut summary.writes);
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);

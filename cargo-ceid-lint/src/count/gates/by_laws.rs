@@ -18,7 +18,10 @@ impl Gates<'_, '_> {
             Effect::Branch(test) => self.written_by_other_name(test),
             _ => None,
         };
-        self.hangs_on_law(end).or_else(|| is_unknown().then(limit)).or_else(by_other_name)
+        self.doubt_between()
+            .or_else(|| self.hangs_on_law(end))
+            .or_else(|| is_unknown().then(limit))
+            .or_else(by_other_name)
     }
 
     /// Why what a condition asks may be written by another name in the iteration.

@@ -183,8 +183,13 @@ impl Gates<'_, '_> {
             let read = read_by(asks, site)?;
             let is_setting = |place: &Place| self.is_invariant(place, 0);
             let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(is_setting);
+            let other = |outer: &&Self| !read.places.iter().all(|place| outer.is_invariant(place, 0));
             let gate = if is_config {
-                Gate::Config
+                match self.around().iter().find(other) {
+                    None if read.places.iter().any(|place| self.is_written_between(place)) => return None,
+                    None => Gate::Config,
+                    Some(outer) => outer.of_call(site, at, &outer.way_through(at, way), false)?,
+                }
             } else if let Some(gate) = self.of_given(asks, site, at, way) {
                 gate
             } else if self.shares_rounds(&read.places, way) {
@@ -257,7 +262,7 @@ impl Gates<'_, '_> {
         let subject = &graph.subjects[id.0 as usize];
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
         let mode = Mode { asked_by: Some(at), gate, ..Mode::new(id, updating) };
-        (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
+        (updating != 0 && self.resets_in_pauses(mode)).then_some(Gate::Mode)
     }
 
     fn mode_of_element(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {

@@ -37,6 +37,10 @@ impl Gates<'_, '_> {
         if self.outlives(&number) {
             return counts(&number);
         }
+        // The number of the round, which is the iteration: `for i in 0..frames { if input[i] == 0.0 { continue; } … }`.
+        if !self.is_of_element && self.binds(var) {
+            return true;
+        }
         let is_key = |step: &Projection| step.key() == Some(&IndexKey::Var(var));
         let is_of_filter = |place: &Place| place.steps.iter().any(is_key);
         let updating = self.search.updating();

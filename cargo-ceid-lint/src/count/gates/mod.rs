@@ -1,6 +1,7 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
 mod arms;
+mod around;
 mod by_laws;
 mod carried;
 mod checked;
@@ -45,7 +46,7 @@ mod way;
 mod window;
 mod writes;
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
@@ -64,7 +65,7 @@ use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
+use crate::flow::{CallSite, Cause, Computed, Effect, Head, NodeId, Place, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
 
 /// What is asked of one filter in one cycle.
@@ -92,6 +93,12 @@ pub(super) struct Gates<'s, 'a> {
     /// See [`Self::calls_write`].
     written: OnceCell<BTreeSet<Place>>,
     reach: OnceCell<Vec<bool>>,
+    /// See [`Self::around`].
+    around: OnceCell<Vec<Self>>,
+    /// Why what was taken for a setting is none, see [`Self::is_written_between`].
+    between: RefCell<Option<Cause>>,
+    /// Whether a cycle around it loses its name, see [`Self::of_setting`].
+    is_lost: Cell<bool>,
     /// See [`Self::resets`].
     resetting: RefCell<BTreeMap<NodeId, bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
@@ -125,6 +132,9 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             written: OnceCell::new(),
             reach: OnceCell::new(),
+            around: OnceCell::new(),
+            between: RefCell::default(),
+            is_lost: Cell::default(),
             resetting: RefCell::default(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
@@ -148,6 +158,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if end.state.count != crate::count::counts::Count::Zero || end.state.reset {
             return None;
         }
+        self.between.replace(None);
         let Some(at) = end.state.skipped_at else {
             return self.of_number(counted_past(self.search, exploration, end)?);
         };
@@ -313,7 +324,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Sample);
         }
         if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
-            return Some(Gate::Config);
+            return self.of_setting(test, at, way);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
             return if self.binds_filters(test) {
@@ -352,7 +363,10 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Sample);
         }
         let is_setting = || (is_kept || self.is_unchanging(test)) && !self.asks_changed_state(test, way);
-        if test.subject.is_some() && is_setting() || self.asks_poison(test) {
+        if test.subject.is_some() && is_setting() {
+            return self.of_setting(test, at, way);
+        }
+        if self.asks_poison(test) {
             return Some(Gate::Config);
         }
         if self.rotates(test) || self.draws_in_turn(test) {

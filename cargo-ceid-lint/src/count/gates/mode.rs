@@ -68,7 +68,7 @@ impl Gates<'_, '_> {
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
                 && !self.is_resumed_elsewhere(subject, updating)
-                && self.search.resets_in_pauses(self.region, Mode { asked_by, ..Mode::new(subject, updating) })
+                && self.resets_in_pauses(Mode { asked_by, ..Mode::new(subject, updating) })
         })
     }
 

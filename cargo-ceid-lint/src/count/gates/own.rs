@@ -19,6 +19,12 @@ impl Gates<'_, '_> {
         let subject = &self.search.graph.subjects[test.subject?.0 as usize];
         // What a helper finds as it is may be changed by its caller, who is asked.
         let gate = self.changed_by(&subject.reads, way).filter(|gate| !self.is_helper || *gate == Gate::Mode)?;
+        let changes = |outer: &&Self| outer.changed_by(&subject.reads, way) != Some(Gate::Config);
+        if gate == Gate::Config
+            && let Some(outer) = self.around().iter().find(changes)
+        {
+            return outer.own_state(test, at, &outer.way_through(at, way));
+        }
         if gate == Gate::Mode {
             if self.may_resume(way) || self.locks_itself_out(test) {
                 return None;

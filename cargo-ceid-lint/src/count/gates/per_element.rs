@@ -7,7 +7,7 @@ use crate::count::fed::named;
 use crate::count::given::place_of;
 use crate::count::search::{End, Region, Search};
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, IndexKey, LoopId, NodeId, Place, Projection, Var};
+use crate::flow::{CallSite, Cause, Effect, IndexKey, LoopId, NodeId, Place, Projection, Var};
 use crate::index::Ty;
 
 /// How many copies are followed to the value that they are of.
@@ -28,7 +28,11 @@ impl Gates<'_, '_> {
         let gate = match &graph.node(way.at).effect {
             Effect::Branch(test) => {
                 let gate = own.of_branch(test, way.at, &round);
-                gate.filter(|gate| self.asks_element(&own, &test.about.reads, *gate))
+                let gate = gate.filter(|gate| self.asks_element(&own, &test.about.reads, *gate));
+                match gate.and_then(|gate| self.changes_elements(&own, &test.about.reads, gate)) {
+                    Some(outer) => test.subject.filter(|id| outer.is_mode_of_element(*id)).map(|_| Gate::Mode),
+                    None => gate,
+                }
             }
             Effect::Call(site) => self.of_call_in_round(&own, site, end, &round),
             _ => None,
@@ -58,7 +62,14 @@ impl Gates<'_, '_> {
             Some(_) => None,
             None => {
                 let asked = own.asked_in(site, round)?;
-                own.of_call(site, round.at, round, false).filter(|gate| self.asks_element(own, &asked, *gate))
+                let gate = own.of_call(site, round.at, round, false);
+                let gate = gate.filter(|gate| self.asks_element(own, &asked, *gate))?;
+                if self.changes_elements(own, &asked, gate).is_some() {
+                    let what = "how their states change between two blocks of samples".to_owned();
+                    self.between.replace(Some(Cause::Code(what)));
+                    return None;
+                }
+                Some(gate)
             }
         }
     }
@@ -85,6 +96,12 @@ impl Gates<'_, '_> {
         };
         let reads: Vec<&Place> = named(reads).into_iter().filter(|place| !is_number(place)).collect();
         reads.iter().any(|place| is_state(place)) && reads.into_iter().all(|place| is_state(place) || is_setting(place))
+    }
+
+    /// A cycle around this one that changes what is the same for an element in all iterations of this one.
+    fn changes_elements(&self, own: &Self, reads: &[Place], gate: Gate) -> Option<&Self> {
+        let keeps = |outer: &&Self| outer.asks_element(own, reads, gate);
+        self.around().iter().filter(|_| gate == Gate::Config).find(|outer| !keeps(outer))
     }
 
     /// Whether a loop may be left in the midst of a round.
@@ -164,7 +181,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the head of the loop binds a variable.
-    fn binds(&self, var: Var) -> bool {
+    pub(super) fn binds(&self, var: Var) -> bool {
         matches!(self.region, Region::Loop(id) if self.search.graph.loop_info(id).bound.contains(&var))
     }
 

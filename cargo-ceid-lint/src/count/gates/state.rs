@@ -1,6 +1,7 @@
 //! Conditions that change once or never: latches and settings.
 
 use super::{Gates, Way};
+use crate::count::alters::number_of;
 use crate::count::fed::named;
 use crate::count::search::Region;
 use crate::flow::{
@@ -412,7 +413,8 @@ impl Gates<'_, '_> {
                 is_it(&write.place)
                     || (!write.rebinds && self.search.aliases.shared_roots(&write.place).iter().any(is_it))
             }
-            _ => false,
+            effect => number_of(self.search.program.index, graph, effect)
+                .is_some_and(|number| self.search.aliases.shared_roots(number).iter().any(|root| root.overlaps(place))),
         });
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();

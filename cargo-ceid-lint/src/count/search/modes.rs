@@ -88,6 +88,14 @@ impl Search<'_> {
         [resumed].into_iter().chain(stale).map(nodes).find(|way| way.iter().any(|node| changes(*node)))
     }
 
+    /// Whether the filter is reset in the region after it ran, so that its pauses may end there. Where it never is, they last to the end.
+    pub(in crate::count) fn begins_anew(&self, region: Region, mode: Mode) -> bool {
+        let exploration = self.explore_pauses(region, mode);
+        let states = &exploration.states;
+        let has_run = |at: usize| exploration.parent(at).is_some_and(|before| states[before].age != Age::Fresh);
+        (0..states.len()).any(|at| states[at].age == Age::Fresh && has_run(at))
+    }
+
     fn find_resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
         let exploration = self.explore_pauses(region, mode);
         self.gave_up.set(self.gave_up.get() || exploration.limit);
