@@ -71,7 +71,7 @@ fn edges_of(summaries: &Summaries, effect: &Effect) -> Vec<(Place, Place)> {
         }
         Effect::Call(site) => {
             let result = Place::var(site.result);
-            summaries.borrows(site).into_iter().map(|(part, from)| (from, result.join(part))).collect()
+            summaries.borrows(site).map(|(part, from)| (from, result.join(part))).collect()
         }
         _ => Vec::new(),
     }

@@ -60,18 +60,12 @@ impl Index {
         let module = self.module(at);
         // What a macro makes that is not read may be an import.
         found.is_unsure = self.opaque_items.iter().any(|(of, _)| *of == at);
-        for ((namespace, own), entry) in &module.names {
-            if *namespace != Namespace::Type {
-                continue;
-            }
-            let is_it = match entry {
-                Entry::Def(def) => is_trait(def, name),
-                Entry::Import(path) => self.imports_trait(at, path, name, &mut found.is_unsure),
-            };
-            if is_it {
-                found.names.push(own.clone());
-            }
-        }
+        let is_unsure = &mut found.is_unsure;
+        let own = module.names.iter().filter(|((namespace, _), entry)| match entry {
+            Entry::Def(def) => *namespace == Namespace::Type && is_trait(def, name),
+            Entry::Import(path) => *namespace == Namespace::Type && self.imports_trait(at, path, name, is_unsure),
+        });
+        found.names.extend(own.map(|((_, own), _)| own.clone()));
         for path in &module.unnamed {
             if self.imports_trait(at, path, name, &mut found.is_unsure) {
                 found.names.push(UNNAMED.to_owned());

@@ -53,9 +53,17 @@ impl Infer<'_> {
         }
         for mutable in [false, true] {
             let lent = Ty::Ref(mutable, Box::new(ty.clone()));
-            let of_reference =
-                self.extension(&lent, method, args).filter(|owner| takes(self, owner) == Some(Form::Value));
+            let is_found =
+                |owner: &MethodOwner| takes(self, owner) == Some(Form::Value) && !self.is_out_of_scope(owner);
+            let of_reference = self.extension(&lent, method, args).filter(is_found);
             candidates.extend(of_reference.map(|owner| (owner, lent)));
+        }
+        // What it dereferences to has the method, if it has none itself that is in scope.
+        if candidates.iter().all(|(owner, _)| self.is_out_of_scope(owner))
+            && let Some((target, _)) = self.user_deref(ty)
+            && !self.methods_of(target.peel(), method).is_empty()
+        {
+            return None;
         }
         if candidates.len() > 1 {
             self.leave_in_scope(&mut candidates);
@@ -73,15 +81,25 @@ impl Infer<'_> {
 
     /// Leaves of methods those that can be meant: what is no method, and what a trait has that is not in scope, is not.
     fn leave_in_scope(&self, candidates: &mut Vec<(MethodOwner, Ty)>) {
-        let module = self.module();
         let can_be_meant = |(owner, _): &(MethodOwner, Ty)| {
             let is_function = owner.function().is_some_and(|id| self.index.function(id).function.receiver.is_none());
-            let is_out = owner.of_trait().is_some_and(|name| self.index.is_in_scope(module, name) == Some(false));
-            !is_function && !is_out
+            !is_function && !self.is_out_of_scope(owner)
         };
         if candidates.iter().any(can_be_meant) {
             candidates.retain(can_be_meant);
         }
+    }
+
+    /// Those of the functions of a type that can be meant by its path: `Rig::step`.
+    pub(super) fn in_scope_here(&self, mut owners: Vec<MethodOwner>) -> Vec<MethodOwner> {
+        if owners.len() > 1 && !owners.iter().all(|owner| self.is_out_of_scope(owner)) {
+            owners.retain(|owner| !self.is_out_of_scope(owner));
+        }
+        owners
+    }
+
+    fn is_out_of_scope(&self, owner: &MethodOwner) -> bool {
+        owner.of_trait().is_some_and(|name| self.index.is_in_scope(self.module(), name) == Some(false))
     }
 
     /// How early the compiler finds a method: by what it gets, and then by whose it is. `None` if that is not known.
