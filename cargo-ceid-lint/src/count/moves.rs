@@ -4,14 +4,24 @@ use std::collections::BTreeSet;
 
 use super::chosen_returns::Borrow;
 use super::given::is_put_in_place;
-use super::instances::leaves_and_payloads;
+use super::instances::{leaves_and_payloads, place_ty};
 use super::summary::Summaries;
-use crate::flow::{Assignment, ControlFlowGraph, Effect, LoopId, Place, Relation, Transfer};
+use crate::flow::{Assignment, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Relation, Transfer};
 use crate::index::{Index, Ty};
 
 /// How many places a value is followed through, and how many steps each of these may have.
 const MAX_PLACES: usize = 64;
 const MAX_STEPS: usize = 16;
+
+/// The elements of the arrays that are copied as a whole: `for mut filter in self.bank`.
+pub(super) fn copied_elements(index: &Index, graph: &ControlFlowGraph) -> impl Iterator<Item = Place> {
+    let copied = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Set(set) if set.transfer == Transfer::Copy => set.from.as_ref(),
+        _ => None,
+    });
+    let is_array = |place: &&Place| matches!(place_ty(index, graph, place), Some(Ty::Array(..)));
+    copied.filter(is_array).map(|place| place.clone().element(IndexKey::Each))
+}
 
 /// The places to which what is in one may be moved, and that place; with those that it changes with or without.
 pub(super) fn reached(

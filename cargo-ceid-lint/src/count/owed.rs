@@ -332,6 +332,8 @@ impl Context<'_> {
         let is_copy = |node: &crate::flow::Node| {
             matches!(&node.effect, Effect::Set(set)
                 if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
+                || matches!(&node.effect, Effect::Call(site)
+                    if site.into.contains(&var) && site.args.iter().any(|arg| arg.is_copy))
         };
         let is_item = graph.loops.iter().any(|info| info.bound.contains(&var));
         !matches!(graph.var(var).ty, Ty::Ref(..))

@@ -276,6 +276,7 @@ impl Summaries {
                 _ => {}
             }
         }
+        moves::copied_elements(program.index, graph).for_each(|place| note(graph, &aliases, &place, &mut summary.uses));
         let updates = !touched.is_empty();
         if !updates {
             summary.heads = returned::of_reader(program, graph.function, summary.heads);

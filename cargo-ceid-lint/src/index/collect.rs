@@ -85,6 +85,9 @@ impl Collector {
 
     fn collect_item(&mut self, module: ModuleId, item: Item) {
         let Item { name, name_span, attributes, kind, is_pub, .. } = item;
+        if !is_pub {
+            self.note_private(module, &name, &kind);
+        }
         match kind {
             ItemKind::Mod(items) => {
                 let parent = self.index.module(module);
@@ -208,6 +211,16 @@ impl Collector {
         }
     }
 
+    /// Notes what only the module itself, and what lies in it, gets by a glob.
+    fn note_private(&mut self, module: ModuleId, name: &str, kind: &ItemKind) {
+        let private = &mut self.index.modules[module.0 as usize].private;
+        match kind {
+            ItemKind::Use(names) => private.extend(names.iter().filter_map(|import| import.name.clone())),
+            ItemKind::Trait { .. } => drop(private.insert(name.to_owned())),
+            _ => {}
+        }
+    }
+
     fn collect_use(&mut self, module: ModuleId, names: Vec<crate::syntax::tree::UseName>) {
         for import in names {
             match import.name {
@@ -217,6 +230,8 @@ impl Collector {
                         let already = self.index.module(module).names.contains_key(&(namespace, name.clone()));
                         if !already {
                             self.define(module, namespace, &name, Entry::Import(import.path.clone()));
+                        } else if namespace == Namespace::Type {
+                            self.index.modules[module.0 as usize].unnamed.push(import.path.clone());
                         }
                     }
                 }

@@ -9,8 +9,10 @@ mod extensions;
 mod filters;
 mod function_places;
 mod generics;
+mod in_scope;
 mod known;
 mod lookup;
+mod module;
 mod names;
 mod owned;
 mod plain;
@@ -23,7 +25,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::source::{FileId, Span};
+use crate::source::Span;
 use crate::syntax::tree::{
     Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
 };
@@ -33,6 +35,8 @@ pub use filters::{FilterSpec, LawGroup, Subject};
 pub use function_places::{FunctionPlace, FunctionPlaces};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
+use module::Entry;
+pub use module::Module;
 pub use names::{Globbed, Namespace};
 pub use rtic::SHARED_RESOURCE;
 pub use states::{handed, is_number};
@@ -113,6 +117,8 @@ pub struct Index {
     implied: Vec<FxHashSet<TraitName>>,
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
+    /// Which traits are in scope in modules, as far as it was asked.
+    in_scope: std::sync::RwLock<FxHashMap<(ModuleId, TraitName), Option<bool>>>,
     /// What may be behind types that are known by their bounds, as far as it was asked.
     behind: std::sync::RwLock<FxHashMap<Ty, std::sync::Arc<[Ty]>>>,
     specs: Vec<FilterSpec>,
@@ -190,50 +196,6 @@ pub struct CrateInput {
     pub is_test: bool,
     /// Its items.
     pub items: Vec<crate::syntax::tree::Item>,
-}
-
-/// A module, or a block with items of its own.
-#[derive(Debug)]
-pub struct Module {
-    /// Its crate.
-    pub krate: CrateId,
-    /// The module around it.
-    pub parent: Option<ModuleId>,
-    /// Its name; empty for a crate root or a block.
-    pub name: String,
-    /// Whether it is a block: names that are not found in it are looked up around it.
-    pub is_block: bool,
-    /// Whether it is compiled for tests only.
-    pub is_test: bool,
-    /// Whether it stands without any `pub`.
-    pub is_private: bool,
-    /// Where its items stand; none for a module without items.
-    pub file: Option<FileId>,
-    names: FxHashMap<(Namespace, String), Entry>,
-    globs: Vec<Vec<String>>,
-}
-
-impl Module {
-    /// A module without names, that of a whole crate where there is none around it.
-    fn of(krate: CrateId, parent: Option<ModuleId>) -> Self {
-        Self {
-            krate,
-            parent,
-            name: String::new(),
-            is_block: false,
-            is_test: false,
-            is_private: false,
-            file: None,
-            names: FxHashMap::default(),
-            globs: Vec::new(),
-        }
-    }
-}
-
-#[derive(Clone, Debug)]
-enum Entry {
-    Def(Def),
-    Import(Vec<String>),
 }
 
 /// What a path means.

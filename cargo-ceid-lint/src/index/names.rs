@@ -20,7 +20,7 @@ pub enum Namespace {
 /// What was looked up on the way to an answer: a name that is asked for again while it is looked up is not found, so that
 /// imports that lead to each other end, and each name of each module is looked up once.
 #[derive(Default)]
-struct Trail {
+pub(super) struct Trail {
     answers: FxHashMap<(ModuleId, Namespace, String), Option<Def>>,
 }
 
@@ -293,7 +293,7 @@ impl Index {
     }
 
     /// The path of a `use`. A name that it binds itself must not be found through the import of the same name.
-    fn resolve_import(
+    pub(super) fn resolve_import(
         &self,
         module: ModuleId,
         path: &[String],

@@ -5,6 +5,7 @@ use super::closure_params::{closure_params, held_callback};
 use super::infer::Infer;
 use super::inherent::has_own;
 use super::primitive;
+use super::probing::Form;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Owner, Shape, TraitName, Ty};
 use crate::syntax::tree::{Block, ExprId, ExprKind, Path, Receiver, TypeRef};
@@ -21,9 +22,12 @@ impl Infer<'_> {
         let start = self.expr(receiver, None);
         let mut ty = self.variables.shallow(&start);
         let mut derefs = Vec::new();
+        let mut form = Form::Value;
         for _ in 0..12 {
+            let lent_as = std::mem::replace(&mut form, Form::Value);
             match &ty {
-                Ty::Ref(_, inner) => {
+                Ty::Ref(mutable, inner) => {
+                    form = Form::of_reference(*mutable);
                     let inner = self.variables.shallow(&inner.clone());
                     if let Some(owner) = self.extension(&ty, method, args)
                         && self.methods_of(&inner, method).is_empty()
@@ -41,8 +45,8 @@ impl Infer<'_> {
                 Ty::Pointer(_) => break,
                 Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
                     let owners = self.methods_of(&ty, method);
-                    if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
+                    if let Some((owner, of)) = self.probed(&ty, lent_as, method, args, owners) {
+                        return self.resolved_method(id, owner, &of, (method, turbofish), args, derefs);
                     }
                     // An iterator of which only the bounds are known has the methods of all iterators.
                     if let Some(item) = ty.items().cloned()
@@ -60,10 +64,9 @@ impl Infer<'_> {
                 }
                 Ty::External(path, params) => {
                     let owners = if has_own(path, method) { Vec::new() } else { self.methods_of(&ty, method) };
-                    if let Some(owner) =
-                        owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
-                    {
-                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
+                    let probed = self.probed(&ty, lent_as, method, args, owners);
+                    if let Some((owner, of)) = probed.filter(|(owner, _)| !self.is_forwarded(owner, &ty, method)) {
+                        return self.resolved_method(id, owner, &of, (method, turbofish), args, derefs);
                     }
                     if let Some(spec) = self.index.law_spec(&ty) {
                         let law = spec.group(method);
@@ -137,7 +140,7 @@ impl Infer<'_> {
 
     /// The method that a trait of the analysed code gives to a primitive type or a reference, if it may do something: what takes
     /// nothing but a value only calculates.
-    fn extension(&self, ty: &Ty, method: &str, args: &[ExprId]) -> Option<MethodOwner> {
+    pub(super) fn extension(&self, ty: &Ty, method: &str, args: &[ExprId]) -> Option<MethodOwner> {
         // What takes another number of arguments is not meant: it may belong to a trait that is not in scope.
         let takes_all = |owner: &MethodOwner| {
             let params = owner.function().map(|function| self.index.function(function).function.params.len());

@@ -20,6 +20,7 @@ mod named;
 mod paths;
 mod pattern;
 mod primitive;
+mod probing;
 mod tested;
 mod unify;
 mod unread;

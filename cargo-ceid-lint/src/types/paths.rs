@@ -200,7 +200,7 @@ impl Infer<'_> {
             }
         };
         let owner = self.open(&owner);
-        let owners = self.index.methods(&owner, &name);
+        let owners = self.in_scope_here(self.index.methods(&owner, &name));
         if owners.is_empty() {
             return match owner {
                 Ty::External(..) | Ty::Adt(..) => Value::ExternalAssoc(owner, name),

@@ -3,7 +3,7 @@
 use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Computed, Effect, IndexKey, Place, Transfer, Var};
-use crate::index::{Def, FunctionId, Ty};
+use crate::index::{Def, FunctionId, Owner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
 
@@ -385,8 +385,11 @@ impl Builder<'_> {
     ) -> bool {
         // What is converted is the argument of a function without a receiver.
         let by_value = |target: &FunctionId| {
-            let receiver = &self.program.index.function(*target).function.receiver;
-            matches!(receiver, None | Some(crate::syntax::tree::Receiver::Value))
+            let def = self.program.index.function(*target);
+            // `impl Step for &mut Rig` is lent a rig.
+            let is_of_reference =
+                matches!(def.owner, Owner::Impl(of) if matches!(self.program.index.impl_def(of).self_ty, Ty::Ref(..)));
+            matches!(def.function.receiver, None | Some(crate::syntax::tree::Receiver::Value)) && !is_of_reference
         };
         let is_reference = matches!(self.ty(expr), Ty::Ref(..));
         value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))

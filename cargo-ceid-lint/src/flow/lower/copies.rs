@@ -21,8 +21,11 @@ impl Builder<'_> {
         if !value.is_owned {
             return Transfer::Borrow;
         }
-        // What a call gave back is there once.
-        let is_result = || value.place.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_result(var));
+        // What a call gave back is there once, but not what it gave back a reference to.
+        let is_result = || {
+            let place = value.place.as_ref();
+            place.is_some_and(|place| place.base_var().is_some_and(|var| self.is_result(var)) && !self.is_lent(place))
+        };
         match value.leaves_by {
             Some(leaves_by) => leaves_by,
             None if is_result() => Transfer::Move,
@@ -271,6 +274,7 @@ impl Builder<'_> {
             let Some(way) = self.way_back(*id, *var, from) else { continue };
             if self.is_changed(&way) || self.lends_elements(&way) && !self.loses_elements(&way, from) {
                 origins.insert(from.base);
+                origins.extend(self.lent_again(from));
                 on_the_way.extend(way);
             } else {
                 self.keep_unchanged(*id, &way, from);
@@ -427,7 +431,10 @@ impl Builder<'_> {
                     Effect::Set(set) | Effect::Write(set) => {
                         let from = set.from.as_ref().and_then(Place::base_var);
                         let Some(from) = from.filter(|from| reached.contains(from)) else { continue };
-                        if set.place.overlaps(origin) || self.is_element_of(&set.place, origin) {
+                        if set.place.overlaps(origin)
+                            || self.is_element_of(&set.place, origin)
+                            || self.is_lent_again(&set.place, origin)
+                        {
                             steps.extend(is_after(node).then_some((from, None)));
                         } else if set.place.base != origin.base {
                             // Another part of the same owner is a place of its own.

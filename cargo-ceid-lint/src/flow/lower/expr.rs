@@ -103,7 +103,10 @@ impl Builder<'_> {
             }
             ExprKind::Deref(inner) => {
                 let value = self.expr(*inner);
-                let place = value.place.map(|place| self.deref_place(*inner, place));
+                let place = match self.field_lent(*inner) {
+                    Some(field) => Some(field),
+                    None => value.place.map(|place| self.deref_place(*inner, place)),
+                };
                 // What is called behind a box or a reference is what was put there: `(*step)(x)`, `run(&mut *step)`.
                 let closure = value.closure.filter(|closure| !self.is_of_future(*closure));
                 Value { place, closure, is_owned: true, ..Value::default() }

@@ -4,9 +4,9 @@ use super::Builder;
 use super::constants::Constants;
 use super::loops::WhileRounds;
 use crate::flow::{Limit, Rounds, Var};
-use crate::index::Ty;
+use crate::index::{Def, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ConstText, ExprId, ExprKind, Literal, StmtKind};
+use crate::syntax::tree::{ConstText, ExprId, ExprKind, StmtKind};
 use crate::types::LocalId;
 
 /// How deep names are followed.
@@ -19,6 +19,8 @@ const MOVING: &[&str] = &["remove", "swap_remove", "insert", "swap", "drain"];
 struct Count {
     span: Span,
     goes_up: bool,
+    /// By how much; none for a constant that is not known.
+    step: Option<u64>,
     /// Whether a round begins with it.
     comes_first: bool,
     /// Whether nothing else in the function changes the counter.
@@ -69,7 +71,7 @@ impl Builder<'_> {
         }
         let counted = sides.into_iter().find_map(|(counter, limit, is_less)| {
             let local = self.typed().expr_local.get(&counter).copied()?;
-            let count = self.counts_by_one(local, body)?;
+            let count = self.counts_by(local, body)?;
             is_less.is_none_or(|is_less| is_less == count.goes_up).then_some((local, limit, count))
         });
         let Some((local, limit, count)) = counted else { return WhileRounds::unbounded() };
@@ -85,14 +87,21 @@ impl Builder<'_> {
         let first = self.initials.get(&var).copied().filter(|_| is_fresh);
         let is_last = matches!(op, "<=" | ">=");
         let end = self.number(limit);
-        let rounds = match (first, end) {
-            (Some(first), Some(end)) => {
+        let rounds = match (first, end, count.step) {
+            (Some(first), Some(end), Some(step)) => {
                 let (from, to) = if count.goes_up { (first, end) } else { (end, first) };
-                Rounds::Constant((to + u64::from(is_last)).saturating_sub(from))
+                let distance = (to + u64::from(is_last)).saturating_sub(from);
+                // What asks for one number only passes by it.
+                if op == "!=" && (to < from || distance % step > 0) {
+                    return WhileRounds::unbounded();
+                }
+                Rounds::Constant(distance.div_ceil(step))
             }
             _ => Rounds::Bounded,
         };
         let (first, limits) = match count.goes_up {
+            // Not every number below the limit has a round.
+            _ if count.step != Some(1) => (None, vec![Limit::Unknown]),
             true => (first, self.limits(limit, is_last)),
             // The rounds have the numbers below the one that it begins with.
             false if count.comes_first && end == Some(0) && !is_last => {
@@ -115,8 +124,9 @@ impl Builder<'_> {
         })
     }
 
-    /// How a loop counts, if the only thing in it that changes a local is one `+= 1` or `-= 1` as a statement of its own block.
-    fn counts_by_one(&self, local: LocalId, body: ExprId) -> Option<Count> {
+    /// How a loop counts, if the only thing in it that changes a local is one `+= 1`, `-= STEP` or the like as a statement of its own
+    /// block.
+    fn counts_by(&mut self, local: LocalId, body: ExprId) -> Option<Count> {
         let tree = self.body();
         let typed = self.typed();
         let is_counter = |id: &ExprId| typed.expr_local.get(id) == Some(&local);
@@ -130,28 +140,57 @@ impl Builder<'_> {
             return None;
         }
         let ExprKind::Block(block) = &tree.expr(body).kind else { return None };
-        let is_one = |id: &ExprId| matches!(tree.expr(*id).kind, ExprKind::Literal(Literal::Int(Some(1), _)));
-        let goes_up = |expr: ExprId| match &tree.expr(expr).kind {
-            ExprKind::AssignOp { op: op @ ("+" | "-"), place, value } if is_counter(place) && is_one(value) => {
-                Some(*op == "+")
+        // Whether it goes up, and by what.
+        let counts = |expr: ExprId| match &tree.expr(expr).kind {
+            ExprKind::AssignOp { op: op @ ("+" | "-"), place, value } if is_counter(place) => {
+                Some((*op == "+", *value))
             }
             ExprKind::Assign { place, value } if is_counter(place) => match &tree.expr(*value).kind {
-                ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_counter(lhs) && is_one(rhs) => {
-                    Some(*op == "+")
+                ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_counter(lhs) => Some((*op == "+", *rhs)),
+                ExprKind::Binary { op: "+", lhs, rhs } if is_counter(rhs) => Some((true, *lhs)),
+                ExprKind::MethodCall { receiver, method, args, .. } if is_counter(receiver) => {
+                    let [by] = args.as_slice() else { return None };
+                    match method.as_str() {
+                        "wrapping_add" | "saturating_add" => Some((true, *by)),
+                        "wrapping_sub" | "saturating_sub" => Some((false, *by)),
+                        _ => None,
+                    }
                 }
                 _ => None,
             },
             _ => None,
         };
-        block.stmts.iter().enumerate().find_map(|(number, stmt)| match &stmt.kind {
-            StmtKind::Expr { expr, .. } => Some(Count {
-                span: tree.expr(*expr).span,
-                goes_up: goes_up(*expr)?,
-                comes_first: number == 0,
-                is_only_change: writes.len() == 1,
-            }),
+        let found = block.stmts.iter().enumerate().find_map(|(number, stmt)| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => Some((number, *expr, counts(*expr)?)),
             StmtKind::Let { .. } => None,
+        });
+        let (number, expr, (goes_up, by)) = found?;
+        Some(Count {
+            span: tree.expr(expr).span,
+            goes_up,
+            step: self.step_of_count(by)?,
+            comes_first: number == 0,
+            is_only_change: writes.len() == 1,
         })
+    }
+
+    /// The number that a counter goes on by, if it is certain that it goes on: the inner one is none where that is not known.
+    fn step_of_count(&mut self, by: ExprId) -> Option<Option<u64>> {
+        // What counts the seconds is a clock, and its rounds are cycles.
+        if *self.ty(by) == Ty::Float {
+            return None;
+        }
+        if let Some(number) = self.number(by) {
+            return (number > 0).then_some(Some(number));
+        }
+        match &self.body().expr(by).kind {
+            // Nobody counts by a constant that is zero.
+            ExprKind::Path(_) => match self.typed().expr_def.get(&by) {
+                Some(Def::Value(value)) if !self.program.index.value(*value).item.is_static => Some(None),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 
     /// Whether a `continue` before the count starts the same round again, after something was done with a filter.

@@ -33,7 +33,13 @@ impl Builder<'_> {
         if own.is_exclusive {
             self.note_lent(base);
         }
-        Ok(Value { place: Some(Place::var(result)), ..Value::default() })
+        if let Some(field) = self.field_lent_by(&own.targets, base).filter(|_| own.derefs.is_empty()) {
+            return Ok(Value { place: Some(field), is_owned: true, ..Value::default() });
+        }
+        // It is a place behind the reference that `index` gives: read as a value, it is copied.
+        let lent = &mut self.graph.vars[result.0 as usize].ty;
+        *lent = Ty::Ref(own.is_exclusive, Box::new(std::mem::replace(lent, Ty::Unknown)));
+        Ok(Value { place: Some(Place::var(result)), is_owned: true, ..Value::default() })
     }
 
     /// What is indexed may be of any type that has its own `[]`.

@@ -1,6 +1,7 @@
 //! Expressions that are places: variables, fields, elements, through references, pointers, options and locks.
 
 mod indexed;
+mod lent;
 
 use super::{Builder, Value};
 use crate::flow::{Effect, IndexKey, Place, Section, Transfer, Var};
