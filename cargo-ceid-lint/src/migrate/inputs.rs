@@ -373,6 +373,24 @@ pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool 
     })
 }
 
+/// Whether the calls of a law with a length of its own may give inputs of several lengths.
+pub(super) fn are_lengths_chosen(of: &LoopBody<'_>, sites: &[Site], half: &Site, number: usize) -> bool {
+    let index = of.program.index;
+    let Some(law) = half.law else { return false };
+    let def = index.function(law);
+    let has_length = def.function.generics.params.iter().any(|param| param.is_const);
+    let written = def.function.params.get(number).map(|param| index.lower(param, &index.scope_of(law)));
+    if !has_length || written.is_none_or(|written| matches!(written, Ty::Int | Ty::Float | Ty::Bool | Ty::Char)) {
+        return false;
+    }
+    let length = |site: &Site| match of.typed.ty(*site.inputs.get(number)?).peel() {
+        Ty::Array(_, length) => length.value,
+        _ => None,
+    };
+    let own = length(half);
+    own.is_none() || sites.iter().filter(|site| site.half == half.half).any(|site| length(site) != own)
+}
+
 /// Whether the type of an input is chosen with the filter, so that it is the same for all calls.
 fn is_of_filter(of: &LoopBody<'_>, site: &Site, number: usize) -> bool {
     let index = of.program.index;
