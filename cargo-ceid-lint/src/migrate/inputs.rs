@@ -12,6 +12,7 @@ use super::sites::Site;
 use super::turbofish::said_of;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
+use crate::syntax::is_keyword;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
 use crate::types::LocalId;
 
@@ -441,5 +442,8 @@ fn name(of: &LoopBody<'_>, site: &Site, number: usize) -> String {
         let is_lower = text.starts_with(|first: char| first.is_lowercase());
         (is_name && is_lower && !matches!(text, "true" | "false" | "self")).then(|| text.to_owned())
     };
-    of_law.filter(|name| !name.starts_with('_')).or_else(given).unwrap_or_else(|| "input".to_owned())
+    // What is written `r#type` is a word of the language, or one that it keeps for itself.
+    let kept = ["abstract", "do", "final", "gen", "override", "priv", "try", "typeof", "unsized", "virtual"];
+    let is_plain = |name: &String| !(name.starts_with('_') || is_keyword(name) || kept.contains(&name.as_str()));
+    of_law.filter(is_plain).or_else(given).unwrap_or_else(|| "input".to_owned())
 }
