@@ -142,7 +142,7 @@ impl Code<'_> {
                 ("std::time::Instant", "-") => {
                     !matches!(self.typed.ty(rhs).peel(), Ty::External(path, _) if path == "std::time::Instant")
                 }
-                _ => !is_of_calm_crate(path) && !(path.starts_with("std::num::") && !is_division),
+                _ => !is_of_calm_crate(path) && (is_division || !path.starts_with("std::num::")),
             },
             ty @ (Ty::Param(_) | Ty::Opaque(_)) => is_open(ty),
             Ty::Unknown | Ty::Var(_) => {
