@@ -65,6 +65,37 @@ fn the_migration_form_reaches_filters_made_for_it() {
     assert_eq!(log.take(), "body pf kf body pf kf");
 }
 
+/// Registers of a chip, as a generator names them.
+#[allow(non_upper_case_globals, non_camel_case_types)]
+mod registers {
+    pub const control: u32 = 1;
+    pub const cycle: u32 = 2;
+    pub const parts: u32 = 4;
+    pub static rate: u32 = 8;
+    pub struct guard;
+}
+
+#[test]
+fn what_the_macros_bind_has_names_of_its_own() {
+    use registers::*;
+    let log = Log::default();
+    let (mut kf, mut pf) = (log.filter("kf"), log.filter("pf"));
+    let mut clock = Free::<Hz<10>>::new().take(1);
+    while let Some(now) = clock.next_cycle() {
+        ceid!(now => kf);
+        kf.read();
+    }
+    let mut clock = Free::<Hz<10>>::new().take(1);
+    while let Some(now) = clock.next_cycle() {
+        ceid!(now => kf, pf);
+        kf.read();
+        pf.read();
+    }
+    idle(Pair::register(log.filter("a"), log.filter("b")), 1);
+    assert_eq!(log.take(), "kf kf pf a b");
+    assert_eq!((size_of_val(&guard), control + cycle + parts + rate), (0, 15));
+}
+
 #[test]
 fn the_migration_form_enters_a_set() {
     let log = Log::default();

@@ -132,7 +132,8 @@ fn what_is_fixed_is_told_and_taken_out_only_when_asked() {
         "        signal.update();\n        signal.update();\n",
         "        signal.update();\n",
     );
-    let stale = "1 finding of `ceid-baseline.toml` is fixed: `cargo ceid-lint baseline --prune` takes it out";
+    let stale =
+        "1 finding of `ceid-baseline.toml` is no longer reported: `cargo ceid-lint baseline --prune` takes it out";
     check(&directory, &["-D", "warnings"]).assert_code(0).assert_stderr(stale).assert_stderr("7 known findings");
     check(&directory, &["baseline"]).assert_code(0).assert_stderr(stale);
     check(&directory, &["baseline", "--accept-new"]).assert_code(0).assert_stderr(stale);
@@ -140,7 +141,7 @@ fn what_is_fixed_is_told_and_taken_out_only_when_asked() {
     check(&directory, &["baseline", "--prune"]).assert_code(0).assert_stderr("took out 1 finding");
     assert!(!baseline(&directory).contains("signal"));
     let clean = check(&directory, &[]);
-    assert!(!clean.stderr.contains("fixed"), "{}", clean.stderr);
+    assert!(!clean.stderr.contains("no longer reported"), "{}", clean.stderr);
     // Nor does what was fixed come back unseen.
     change(
         &directory,
@@ -178,7 +179,7 @@ fn a_part_of_the_code_says_nothing_of_the_rest() {
         &["-A", "repeated_update"],
     ] {
         let part = check(&directory, args);
-        assert!(!part.stderr.contains("fixed"), "{args:?}\n{}", part.stderr);
+        assert!(!part.stderr.contains("no longer reported"), "{args:?}\n{}", part.stderr);
         let args: Vec<&str> = [&["baseline", "--prune"], args].concat();
         check(&directory, &args).assert_code(0);
         assert_eq!(baseline(&directory), before, "{args:?}");
@@ -188,7 +189,7 @@ fn a_part_of_the_code_says_nothing_of_the_rest() {
     check(&directory, &["-p", "ground"]).assert_code(0).assert_stderr("1 finding of");
     check(&directory, &["ground/src/main.rs"]).assert_stderr("1 finding of");
     let other = check(&directory, &["-p", "flight"]);
-    assert!(!other.stderr.contains("fixed"), "{}", other.stderr);
+    assert!(!other.stderr.contains("no longer reported"), "{}", other.stderr);
     // Neither is anything fixed that cannot be read.
     write(&directory, "ground/src/main.rs", b"fn main( {");
     let broken = check(&directory, &["baseline", "--prune"]);
@@ -202,7 +203,7 @@ fn other_features_are_another_part() {
     run(&directory, ["baseline", "--all-features"]).assert_code(0).assert_stderr("with 9 findings");
     let before = baseline(&directory);
     let plain = check(&directory, &[]);
-    assert!(!plain.stderr.contains("fixed"), "{}", plain.stderr);
+    assert!(!plain.stderr.contains("no longer reported"), "{}", plain.stderr);
     check(&directory, &["baseline", "--prune"]).assert_code(0);
     assert_eq!(baseline(&directory), before);
     // So are conditions inside a file and inside a function.
@@ -214,7 +215,7 @@ fn other_features_are_another_part() {
         "            attitude.update();\n            #[cfg(feature = \"gimbal\")]\n            attitude.update();\n        }\n    };",
     );
     let plain = check(&directory, &[]);
-    assert!(!plain.stderr.contains("fixed"), "{}", plain.stderr);
+    assert!(!plain.stderr.contains("no longer reported"), "{}", plain.stderr);
     check(&directory, &["--all-features"]).assert_code(0).assert_stderr("9 known findings");
 }
 
@@ -225,8 +226,8 @@ fn a_file_that_is_gone_takes_its_findings_with_it() {
     fs::remove_file(directory.join("flight/src/gimbal.rs")).expect("it is there");
     change(&directory, "flight/src/lib.rs", "#[cfg(feature = \"gimbal\")]\npub mod gimbal;\n", "");
     let other = check(&directory, &["-p", "ground"]);
-    assert!(!other.stderr.contains("fixed"), "{}", other.stderr);
-    check(&directory, &[]).assert_code(0).assert_stderr("1 finding of `ceid-baseline.toml` is fixed");
+    assert!(!other.stderr.contains("no longer reported"), "{}", other.stderr);
+    check(&directory, &[]).assert_code(0).assert_stderr("1 finding of `ceid-baseline.toml` is no longer reported");
     check(&directory, &["baseline", "--prune"]).assert_code(0);
     assert!(!baseline(&directory).contains("gimbal"));
 }
@@ -354,7 +355,9 @@ fn suppressed_findings_are_not_counted() {
     let after =
         before.replacen("loop", "// ceid: allow(repeated_update, reason = \"two half steps\")\n        loop", 1);
     change(&directory, CONTROL, before, &after);
-    check(&directory, &["-D", "warnings"]).assert_code(0).assert_stderr("1 finding of `ceid-baseline.toml` is fixed");
+    check(&directory, &["-D", "warnings"])
+        .assert_code(0)
+        .assert_stderr("1 finding of `ceid-baseline.toml` is no longer reported");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::halves::{halves, kept};
 use super::holding::out_of_reach;
 use super::in_head::named_in_head;
 use super::in_scope::named_in_the_loop;
-use super::inputs::{Input, input, is_generic};
+use super::inputs::{Input, are_lengths_chosen, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::Guarded;
@@ -195,8 +195,9 @@ fn lending(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option
         if same.iter().any(|other| form(other) != form(same[0])) {
             return Err(refuse(format!("`{}` is given inputs of several forms", own.spelled)));
         }
-        if same.len() > 1 && !says_inputs(of, half) && (0..half.inputs.len()).any(|number| is_generic(of, half, number))
-        {
+        let is_chosen =
+            |number: usize| is_generic(of, half, number) || are_lengths_chosen(of, &own.sites, half, number);
+        if same.len() > 1 && !says_inputs(of, half) && (0..half.inputs.len()).any(is_chosen) {
             return Err(refuse(format!(
                 "each call of `{}` may give `{}` an input of another type, and a guard is fed with one type: give all of them \
                  the same, and let the law take that",

@@ -1,7 +1,7 @@
 //! What code calls the items of ceid-core.
 
-use super::import::Import;
-use super::text::{begins_line, words};
+use super::import::{Import, Text};
+use super::text::{begins_line, code_only, words};
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Index, Namespace};
 
@@ -35,8 +35,9 @@ impl<'p> CoreItems<'p> {
         };
         let is_whole = path.last().is_some_and(|last| last == item);
         let is_prelude = matches!(path, [_, inner] if inner == "prelude");
+        let code = code_only(self.text);
         let of_import = |at: usize| {
-            let import = Import::at(self.text, at, item);
+            let import = Import::at(Text { text: self.text, code: &code }, at, item);
             import.is_some_and(|import| import.alias.is_none() && self.text[import.stmt].contains(&*path[0]))
         };
         let glob = format!("use {}::*;", path.join("::"));
@@ -44,7 +45,7 @@ impl<'p> CoreItems<'p> {
             let above = self.text[..at].trim_end();
             begins_line(self.text, at) && !above.ends_with(']')
         };
-        is_whole && words(self.text, item).any(of_import)
+        is_whole && words(&code, item).any(of_import)
             || (is_prelude || path.len() == 1) && self.text.match_indices(&glob).any(of_glob)
     }
 

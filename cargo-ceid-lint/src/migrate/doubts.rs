@@ -11,7 +11,7 @@ use crate::source::Span;
 impl Scope<'_> {
     /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment, or nothing.
     pub(super) fn doubt(&self, at: usize) -> Option<Doubtful> {
-        let import = Import::at(self.text, at, self.name)
+        let import = Import::at(self.written(), at, self.name)
             .filter(|import| import.visibility.is_empty() && !self.is_of_core(import) && !self.is_of_other(import))?;
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::body::LoopBody;
 use super::formats::is_shown_otherwise;
-use super::import::Import;
+use super::import::{Import, Text};
 use super::iteration::zipped;
 use super::mentions::{Guarded, is_format_operand, is_hidden};
 use super::shadowed::is_for_references;
 use super::sites::Part;
-use super::text::{is_no_std, words};
+use super::text::{code_only, is_no_std, words};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
@@ -70,8 +70,10 @@ pub(super) fn has_vec(of: &LoopBody<'_>) -> bool {
     let sources = of.program.sources;
     let import = of.program.index.import_of(of.def().module, "Vec");
     let is_vec = import.is_some_and(|path| matches!(path, [.., module, name] if module == "vec" && name == "Vec"));
-    let is_import = |at: usize| Import::at(of.text, at, "Vec").is_some_and(|import| import.alias.is_none());
-    if is_vec && words(of.text, "Vec").any(is_import) {
+    let code = if is_vec { code_only(of.text) } else { String::new() };
+    let text = Text { text: of.text, code: &code };
+    let is_import = |at: usize| Import::at(text, at, "Vec").is_some_and(|import| import.alias.is_none());
+    if words(&code, "Vec").any(is_import) {
         return true;
     }
     let own = &sources.file(of.file()).path;

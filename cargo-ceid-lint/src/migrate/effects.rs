@@ -8,13 +8,13 @@ use super::exits::Exits;
 use super::loops::Loops;
 use super::mentions::Guarded;
 use super::observed::outlives_panic;
-use super::panics::{Panics, may_panic, panics};
+use super::panics::{Panics, may_panic, panics, panics_when_dropped};
 use super::purity::{acts_when_dropped, side_effect};
 use super::shared::{shared_by_owner, shared_part, touches_shared};
 use super::sites::{Part, Site};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatKind, Stmt, StmtKind};
 
 /// A loop with what its guard is to hold.
 pub(super) struct Effects<'a> {
@@ -139,17 +139,18 @@ impl Effects<'_> {
         }
         // Without its input, no law runs.
         let is_before = |id: &&ExprId| {
-            let is_later = |at: &ExprId| matches!(of.kind(*at), ExprKind::Closure(_));
+            // Who goes on sees what a closure panics of, wherever it is called.
+            let is_later = |at: &ExprId| !is_caught && matches!(of.kind(*at), ExprKind::Closure(_));
             own.sites.iter().any(|site| of.may_follow(**id, site.call))
                 && !of.ancestors_inside(**id).any(|at| is_later(&at))
         };
         // Above the guard, nothing runs it.
         let is_above = |id: ExprId| self.behind.is_some_and(|before| of.span(id).end <= before.end);
-        let first = of
-            .inside
-            .iter()
-            .filter(|id| !is_fed && !is_above(**id) && panics(self.loops, of.body, of.typed, **id, which(is_caught)))
-            .filter(is_before);
+        let fails_when_dropped = |id: ExprId| {
+            is_caught && !self.outlives_updates(own, id) && panics_when_dropped(self.loops, of.function, id)
+        };
+        let fails = |id: ExprId| panics(self.loops, of.function, id, which(is_caught)) || fails_when_dropped(id);
+        let first = of.inside.iter().filter(|id| !is_fed && !is_above(**id)).filter(is_before).filter(|id| fails(**id));
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             let found = (*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled));
             if is_caught { changes.push(changed(found, who)) } else { notes.push(told(found)) }
@@ -166,6 +167,21 @@ impl Effects<'_> {
         (changes, notes)
     }
 
+    /// Whether a value is that of a variable which is there until the filter is updated.
+    fn outlives_updates(&self, own: &Guarded, value: ExprId) -> bool {
+        let of = self.of;
+        let Some(block) = of.parent(value) else { return false };
+        let ExprKind::Block(inner) = of.kind(block) else { return false };
+        let binds = |stmt: &Stmt| match &stmt.kind {
+            StmtKind::Let { pat, init: Some(init), .. } => {
+                *init == value && matches!(of.body.pat(*pat).kind, PatKind::Bind { .. })
+            }
+            _ => false,
+        };
+        let is_around = |site: &Site| of.ancestors(site.call).any(|at| at == block);
+        inner.stmts.iter().any(binds) && own.sites.iter().all(is_around)
+    }
+
     /// Where an iteration may panic whose guard then runs a law that may panic as well, which ends the program.
     fn second_panic(&self, own: &Guarded, is_above: &dyn Fn(ExprId) -> bool) -> Option<(ExprId, String)> {
         let of = self.of;
@@ -174,7 +190,7 @@ impl Effects<'_> {
         let is_another = |id: &&ExprId| {
             !is_above(**id)
                 && !calls.iter().any(|call| call.contains(of.span(**id)))
-                && panics(self.loops, of.body, of.typed, **id, Panics::Any)
+                && panics(self.loops, of.function, **id, Panics::Any)
         };
         let first = of.inside.iter().filter(is_another).min_by_key(|id| of.span(**id))?;
         let law = &of.program.index.function(law).name;

@@ -6,7 +6,7 @@ use super::import::Import;
 use super::imports::{Doubtful, IdleImports, Scope, Sought, modules_in, segment_before, to_u32};
 use super::macros::Macros;
 use super::takers::Takers;
-use super::text::{without_comments, words};
+use super::text::{code_only, without_comments, words};
 use crate::flow::Program;
 use crate::index::{FunctionId, Globbed, Owner, TraitId};
 use crate::source::{FileId, Span};
@@ -25,7 +25,7 @@ pub(super) fn idle(
     let index = program.index;
     let declared = index.functions.iter().filter(|def| def.function.keyword.file == file);
     let crates: BTreeSet<_> = declared.map(|def| index.module(def.module).krate).collect();
-    let code = without_comments(text);
+    let (code, written) = (without_comments(text), code_only(text));
     for (at, _) in code.match_indices("::*") {
         let Some(glob) = Glob::of(&code, at) else { continue };
         let brought = index.globbed(&crates, &glob.path);
@@ -39,7 +39,19 @@ pub(super) fn idle(
         let scopes = traits.0.iter().map(|(id, members)| {
             let def = index.trait_def(*id);
             let (name, module, trait_id) = (def.name.as_str(), def.module, Some(*id));
-            Scope { program, file, functions, text, outline, name, module, trait_id, methods: members, macros }
+            Scope {
+                program,
+                file,
+                functions,
+                text,
+                code: &written,
+                outline,
+                name,
+                module,
+                trait_id,
+                methods: members,
+                macros,
+            }
         });
         let scopes: Vec<Scope<'_>> = scopes.collect();
         let is_needed = |names: &str, calls: &str| {

@@ -73,30 +73,54 @@ pub(super) fn implicit(program: &Program<'_>, all: &Impls, function: FunctionId)
         return Vec::new();
     };
     let mut found: Vec<FunctionId> = typed.items.values().flat_map(|item| &item.targets).copied().collect();
-    found.extend(typed.expr_ty.iter().filter_map(|ty| if let Ty::FunctionItem(id) = ty { Some(*id) } else { None }));
-    let module = index.function(function).module;
-    for id in (0u32..).map(ExprId).take(body.exprs.len()) {
-        if let Some((traits, operands)) = run_by(body, typed, id) {
-            // A literal has a type of the language, and a path to something of another crate one of that crate.
-            let is_foreign = |operand: &ExprId| {
-                matches!(body.expr(*operand).kind, ExprKind::Literal(_))
-                    || matches!(typed.expr_def.get(operand), Some(Def::External(_)))
-            };
-            let operands = operands.iter().filter(|operand| !is_foreign(operand));
-            let mut types: Vec<Ty> = operands.map(|operand| typed.ty(*operand).clone()).collect();
-            if matches!(body.expr(id).kind, ExprKind::Try(_)) {
-                types.push(index.lower(&index.function(function).function.output, &index.scope_of(function)));
-            }
-            found.extend(impls(index, all, (&traits, module), &Reached::of(index, &types, true)));
-        }
-        if let Some(base) = dereferenced(body, id) {
-            let traits = Traits::Named(vec!["Deref".to_owned(), "DerefMut".to_owned()]);
-            let reached = Reached::of(index, std::slice::from_ref(typed.ty(base)), false);
-            found.extend(impls(index, all, (&traits, module), &reached));
-        }
-    }
+    found.extend(
+        (0u32..).map(ExprId).take(body.exprs.len()).flat_map(|id| run_at(index, all, (function, body, typed), id)),
+    );
     found.sort_unstable();
     found.dedup();
+    found
+}
+
+/// The functions of the analysed code that one expression may run without calling them.
+pub(super) fn implicit_at(program: &Program<'_>, all: &Impls, function: FunctionId, id: ExprId) -> Vec<FunctionId> {
+    let index = program.index;
+    let (Some(body), Some(typed)) = (&index.function(function).function.body, program.typed(function)) else {
+        return Vec::new();
+    };
+    let mut found = run_at(index, all, (function, body, typed), id);
+    found.extend(typed.items.get(&id).into_iter().flat_map(|item| &item.targets));
+    found
+}
+
+fn run_at(
+    index: &Index,
+    all: &Impls,
+    (function, body, typed): (FunctionId, &Body, &TypedBody),
+    id: ExprId,
+) -> Vec<FunctionId> {
+    let module = index.function(function).module;
+    let mut found: Vec<FunctionId> = Vec::new();
+    if let Ty::FunctionItem(named) = typed.ty(id) {
+        found.push(*named);
+    }
+    if let Some((traits, operands)) = run_by(body, typed, id) {
+        // A literal has a type of the language, and a path to something of another crate one of that crate.
+        let is_foreign = |operand: &ExprId| {
+            matches!(body.expr(*operand).kind, ExprKind::Literal(_))
+                || matches!(typed.expr_def.get(operand), Some(Def::External(_)))
+        };
+        let operands = operands.iter().filter(|operand| !is_foreign(operand));
+        let mut types: Vec<Ty> = operands.map(|operand| typed.ty(*operand).clone()).collect();
+        if matches!(body.expr(id).kind, ExprKind::Try(_)) {
+            types.push(index.lower(&index.function(function).function.output, &index.scope_of(function)));
+        }
+        found.extend(impls(index, all, (&traits, module), &Reached::of(index, &types, true)));
+    }
+    if let Some(base) = dereferenced(body, id) {
+        let traits = Traits::Named(vec!["Deref".to_owned(), "DerefMut".to_owned()]);
+        let reached = Reached::of(index, std::slice::from_ref(typed.ty(base)), false);
+        found.extend(impls(index, all, (&traits, module), &reached));
+    }
     found
 }
 

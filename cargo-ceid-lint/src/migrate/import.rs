@@ -6,6 +6,13 @@ use super::text::{
     Style, begins_line, conditions_above, indentation, line_stop, removal, with_attributes, without_comments, words,
 };
 
+/// A text, and what is code of it: a comment or a string may have any word, and the signs of code.
+#[derive(Clone, Copy)]
+pub(super) struct Text<'t> {
+    pub(super) text: &'t str,
+    pub(super) code: &'t str,
+}
+
 /// A `use` that names a trait.
 pub(super) struct Import<'t> {
     pub(super) stmt: Range<usize>,
@@ -20,55 +27,57 @@ pub(super) struct Import<'t> {
 
 impl<'t> Import<'t> {
     /// The import whose name stands at a byte, under no condition.
-    pub(super) fn at(text: &'t str, at: usize, name: &str) -> Option<Self> {
+    pub(super) fn at(text: Text<'t>, at: usize, name: &str) -> Option<Self> {
         Self::read(text, at, name, false)
     }
 
     /// The import whose name stands at a byte, with the conditions `#[cfg(…)]` that its statement begins with.
-    pub(super) fn conditional(text: &'t str, at: usize, name: &str) -> Option<Self> {
+    pub(super) fn conditional(text: Text<'t>, at: usize, name: &str) -> Option<Self> {
         Self::read(text, at, name, true).filter(|import| import.visibility.is_empty())
     }
 
-    fn read(text: &'t str, at: usize, name: &str, is_conditional: bool) -> Option<Self> {
-        let before = text[..at].rfind(';').map_or(0, |end| end + 1);
-        let own = before + words(&text[before..at], "use").last()?;
-        let start = text[..own].rfind([';', '}']).map_or(0, |end| end + 1);
-        let (head, word) = (&text[start..at], own - start);
-        if name == "_" || text[..at].trim_end().ends_with(" as") {
+    fn read(Text { text, code }: Text<'t>, at: usize, name: &str, is_conditional: bool) -> Option<Self> {
+        if name == "_" || !code[at..].starts_with(name) || code[..at].trim_end().ends_with(" as") {
             return None;
         }
+        let before = code[..at].rfind(';').map_or(0, |end| end + 1);
+        let own = before + words(&code[before..at], "use").last()?;
+        let start = code[..own].rfind([';', '}']).map_or(0, |end| end + 1);
+        let (head, word) = (&code[start..at], own - start);
         let visibility = visibility_before(&head[..word]);
         let shown = if visibility.is_empty() { word } else { head[..word].trim_end().len() - visibility.len() };
-        let begin = if is_conditional { with_attributes(text, start + shown) - start } else { shown };
+        let visibility = &text[start + shown..start + shown + visibility.len()];
+        let begin = if is_conditional { with_attributes(code, start + shown) - start } else { shown };
         if is_conditional {
             let attributes = head[begin..shown].matches("#[").count();
-            if attributes == 0 || conditions_above(text, start + shown).len() != attributes {
+            // How it is written down says nothing of when it is there.
+            let of_form = head[begin..shown].matches("#[rustfmt::skip]").count();
+            if attributes == 0 || conditions_above(text, start + shown).len() + of_form != attributes {
                 return None;
             }
         }
         let mut before = head[..begin].trim_start_matches('\u{feff}').lines().map(str::trim);
         // Attributes belong to it; a block begins with a brace.
-        let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
+        let before = before.rfind(|line| !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
             return None;
         }
         let is_path = |c: char| c.is_alphanumeric() || "_:".contains(c);
-        let stop = at + text[at..].find(';')? + 1;
-        let code = without_comments(&text[own..stop]);
-        if !code.chars().all(|c| is_path(c) || " {},;\n\r\t".contains(c)) {
+        let stop = at + code[at..].find(';')? + 1;
+        if !code[own..stop].chars().all(|c| is_path(c) || " {},;\n\r\t".contains(c)) {
             return None;
         }
         let end = at + name.len();
-        let rest = code[end - own..].trim_start();
+        let rest = code[end..stop].trim_start();
         if rest.starts_with("::") {
             return None;
         }
         let alias = rest.strip_prefix("as ").map(str::trim_start);
         let alias = alias.map(|alias| &alias[..alias.find(|c| !is_path(c)).unwrap_or(alias.len())]);
-        let entry_end = own + code[end - own..].find([',', '}', ';'])? + end - own;
-        let first = text[..at].rfind(|c| !is_path(c)).map_or(0, |before| before + 1);
+        let entry_end = end + code[end..stop].find([',', '}', ';'])?;
+        let first = code[..at].rfind(|c| !is_path(c)).map_or(0, |before| before + 1);
         let mut depth = 0;
-        let open = code[..at - own].rfind(|sign| {
+        let open = code[own..at].rfind(|sign| {
             depth += match sign {
                 '}' => 1,
                 '{' => -1,
@@ -77,22 +86,21 @@ impl<'t> Import<'t> {
             depth < 0
         });
         let list = match open {
-            Some(open) => Some(own + open..own + closing(&code[end - own..])? + end - own + 1),
+            Some(open) => Some(own + open..end + closing(&code[end..stop])? + 1),
             None => None,
         };
         let alias = alias.and_then(|alias| {
-            text[end..entry_end].contains(alias).then(|| {
-                let at = end + text[end..entry_end].rfind(alias).unwrap_or(0);
-                &text[at..at + alias.len()]
-            })
+            let at = end + code[end..entry_end].rfind(alias)?;
+            Some(&text[at..at + alias.len()])
         });
         Some(Self { stmt: start + begin..stop, visibility, alias, entry: first..entry_end, list })
     }
 
     /// The `self` by which a list imports the module whose name stands at a byte: `use crate::b::{self, Step};`.
-    pub(super) fn of_itself(text: &'t str, at: usize, name: &str) -> Option<Self> {
-        let open = text[at + name.len()..].strip_prefix("::{").map(|list| text.len() - list.len())?;
-        let list = &text[open..open + text[open..].find(['}', ';'])?];
+    pub(super) fn of_itself(text: Text<'t>, at: usize, name: &str) -> Option<Self> {
+        let code = text.code;
+        let open = code[at + name.len()..].strip_prefix("::{").map(|list| code.len() - list.len())?;
+        let list = &code[open..open + code[open..].find(['}', ';'])?];
         let own = words(list, "self").find(|own| !list[..*own].contains('{') && !list[..*own].ends_with("::"))?;
         Self::at(text, open + own, "self")
     }
@@ -100,7 +108,7 @@ impl<'t> Import<'t> {
     /// The path of what it imports, as far as that is written in at most one list.
     pub(super) fn path(&self, text: &str) -> Option<Vec<String>> {
         let before = self.list.as_ref().map_or(self.entry.start, |list| list.start);
-        let head = &text[self.stmt.start..before];
+        let head = &without_comments(&text[self.stmt.start..before]);
         let before = words(head, "use").last().map(|at| head[at + "use".len()..].trim())?;
         let path = format!("{before}{}", text[self.entry.clone()].trim());
         let path = path.split(" as ").next().filter(|path| !path.contains('{'))?;
@@ -161,21 +169,25 @@ impl<'t> Import<'t> {
                 Some((list.start + 1..list.end - 1, format!("{open}{}{close}", left.join(", "))))
             }
             _ => {
-                let comma = if text[self.entry.end..].starts_with(',') { 1 } else { 0 };
-                let end = self.entry.end + comma;
+                let has_comma = text[self.entry.end..].starts_with(',');
+                let named = without_comments(&text[self.entry.clone()]).trim_end().len();
+                let end = if has_comma { self.entry.end + 1 } else { self.entry.start + named };
                 let stop = line_stop(text, end);
                 let rest = text[end..stop].trim();
+                let own = self.entry.start..self.entry.start + named;
+                let before = code[..own.start - list.start - 1].rfind(',').map(|before| list.start + 1 + before);
+                // What stands behind the entry before it is said of that.
+                let is_said = before.is_some_and(|before| text[before..own.start].contains("//"));
                 let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
-                if is_alone {
+                // The last entry may be the only one without a comma.
+                if is_alone && (has_comma || is_said || before.is_none()) {
                     return Some((removal(text, self.entry.start..with_comment(end)), String::new()));
                 }
-                let own = self.entry.start..self.entry.start + text[self.entry.clone()].trim_end().len();
-                let range = match code[..own.start - list.start - 1].rfind(',') {
-                    Some(before) => list.start + 1 + before..own.end,
+                let range = match before {
+                    Some(before) => before..own.end,
                     None => own.start..own.end + text[own.end..].find(|sign| !" ,".contains(sign))?,
                 };
-                // What stands behind the entry before it is said of that.
-                (!text[range.start..own.start].contains("//")).then_some((range, String::new()))
+                (!is_said && !text[range.start..own.start].contains("//")).then_some((range, String::new()))
             }
         }
     }
@@ -239,12 +251,15 @@ pub(super) fn either(conditions: &[&str]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::text::code_only;
     use super::*;
 
     #[track_caller]
     fn check(text: &str, expected: Option<&str>) {
-        let at = words(text, "Step").next().expect("it is there");
-        let changed = Import::at(text, at, "Step").and_then(|import| import.without(text)).map(|(range, new)| {
+        let at = words(&without_comments(text), "Step").next().expect("it is there");
+        let code = code_only(text);
+        let import = Import::at(Text { text, code: &code }, at, "Step");
+        let changed = import.and_then(|import| import.without(text)).map(|(range, new)| {
             let mut text = text.to_owned();
             text.replace_range(range, &new);
             text
@@ -292,6 +307,16 @@ mod tests {
         check("use a::{\n    Kf,\n    Pid,\n    Step\n};\n", Some("use a::{\n    Kf,\n    Pid\n};\n"));
         check("use a::{\n    Kf, // the filter\n    Step, Pid\n};\n", None);
         check(
+            "use a::{\n    // its law: Kf\n    Kf,\n    // the last one\n    Step\n};\n",
+            Some("use a::{\n    // its law: Kf\n    Kf,\n    // the last one\n};\n"),
+        );
+        check("/* we use */ use /* a */ a::Step; // use it\nuse c;\n", Some("/* we use */\nuse c;\n"));
+        check(
+            "use a::{\n    // What we use;\n    Step, Kf,\n};\n",
+            Some("use a::{\n    // What we use;\n    Kf,\n};\n"),
+        );
+        check("const OLD: &str = \"\nuse a::Step;\n\";\n", None);
+        check(
             "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
             Some("use a::{\n    Kf,   // the filter\n};\n"),
         );
@@ -300,7 +325,8 @@ mod tests {
     #[track_caller]
     fn check_for_tests(text: &str, expected: &str) {
         let at = words(text, "Step").next().expect("it is there");
-        let import = Import::at(text, at, "Step").expect("it is an import");
+        let code = code_only(text);
+        let import = Import::at(Text { text, code: &code }, at, "Step").expect("it is an import");
         let mut changed = text.to_owned();
         for (range, new) in import.under(text, "#[cfg(test)]").expect("it can be under a condition").into_iter().rev() {
             changed.replace_range(range, &new);
@@ -311,9 +337,10 @@ mod tests {
     #[test]
     fn a_module_goes_from_the_list_of_what_it_has() {
         let text = "use crate::b::{self, Step};\n";
-        let import = Import::of_itself(text, text.find("b::").expect("it is there"), "b").expect("it is an import");
+        let import = Import::of_itself(Text { text, code: text }, text.find("b::").expect("it is there"), "b")
+            .expect("it is an import");
         assert_eq!(import.without(text), Some((14..26, "Step".to_owned())));
-        assert!(Import::of_itself("use b::{Step};", 4, "b").is_none());
+        assert!(Import::of_itself(Text { text: "use b::{Step};", code: "use b::{Step};" }, 4, "b").is_none());
     }
 
     #[test]
@@ -335,7 +362,11 @@ mod tests {
     fn an_import_has_a_path() {
         let path = |text: &str| {
             let at = words(text, "Step").next().expect("it is there");
-            Import::at(text, at, "Step").expect("it is an import").path(text).map(|path| path.join("::"))
+            let code = code_only(text);
+            Import::at(Text { text, code: &code }, at, "Step")
+                .expect("it is an import")
+                .path(text)
+                .map(|path| path.join("::"))
         };
         assert_eq!(path("use Step;").as_deref(), Some("Step"));
         assert_eq!(path("pub(crate) use a::{b::Kf, b::Step as _};").as_deref(), Some("a::b::Step"));
@@ -346,7 +377,8 @@ mod tests {
     fn an_import_goes_with_its_condition() {
         let check = |text: &str, expected: Option<&str>| {
             let at = words(text, "Step").next().expect("it is there");
-            let import = Import::conditional(text, at, "Step");
+            let code = code_only(text);
+            let import = Import::conditional(Text { text, code: &code }, at, "Step");
             let changed = import.and_then(|import| import.without(text)).map(|(range, new)| {
                 let mut text = text.to_owned();
                 text.replace_range(range, &new);

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::globs;
-use super::import::{Import, either};
+use super::import::{Import, Text, either};
 use super::macros::Macros;
 use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
-use super::text::{has_word, with_attributes, without_comments, words};
+use super::text::{code_only, has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner, TraitId, TraitName, Ty};
@@ -103,14 +103,16 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let macros = Macros::of(program);
     for file in handing_on(program, &files) {
         let text = &*program.sources.file(file).text;
+        let code = &*code_only(text);
         let outline = Outline::of(text);
         let functions = written_in(program, file);
         let has_guard = files.contains(&file);
         for (name, module, trait_id, methods) in &named {
             let (outline, functions, macros, trait_id) = (&outline, &functions[..], &macros, *trait_id);
             let module = *module;
-            let scope = Scope { program, file, functions, text, outline, name, module, trait_id, methods, macros };
-            for at in words(text, name) {
+            let scope =
+                Scope { program, file, functions, text, code, outline, name, module, trait_id, methods, macros };
+            for at in words(code, name) {
                 if let Some(edits) = scope.import(at, true) {
                     let methods = methods.iter().map(|method| (*method).clone()).collect();
                     found.handed_on.push(HandedOn { edits, name: (*name).to_owned(), methods });
@@ -171,6 +173,8 @@ pub(super) struct Scope<'a> {
     /// The functions in it.
     pub(super) functions: &'a [FunctionId],
     pub(super) text: &'a str,
+    /// What of it is code.
+    pub(super) code: &'a str,
     pub(super) outline: &'a Outline,
     pub(super) name: &'a str,
     pub(super) module: ModuleId,
@@ -182,13 +186,17 @@ pub(super) struct Scope<'a> {
 }
 
 impl Scope<'_> {
+    pub(super) fn written(&self) -> Text<'_> {
+        Text { text: self.text, code: self.code }
+    }
+
     /// What removes the import whose name stands at a byte, if nothing in the block or module around it needs it, and nothing that
     /// has the name from there.
     fn import(&self, at: usize, hands_on: bool) -> Option<Vec<(Span, String)>> {
         let Self { program, file, text, name, macros, .. } = *self;
-        let import = Import::at(text, at, name)
-            .or_else(|| Import::of_itself(text, at, name))
-            .or_else(|| Import::conditional(text, at, name))?;
+        let import = Import::at(self.written(), at, name)
+            .or_else(|| Import::of_itself(self.written(), at, name))
+            .or_else(|| Import::conditional(self.written(), at, name))?;
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }

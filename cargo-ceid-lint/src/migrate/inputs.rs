@@ -12,6 +12,7 @@ use super::sites::Site;
 use super::turbofish::said_of;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
+use crate::syntax::is_keyword;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
 use crate::types::LocalId;
 
@@ -373,6 +374,24 @@ pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool 
     })
 }
 
+/// Whether the calls of a law with a length of its own may give inputs of several lengths.
+pub(super) fn are_lengths_chosen(of: &LoopBody<'_>, sites: &[Site], half: &Site, number: usize) -> bool {
+    let index = of.program.index;
+    let Some(law) = half.law else { return false };
+    let def = index.function(law);
+    let has_length = def.function.generics.params.iter().any(|param| param.is_const);
+    let written = def.function.params.get(number).map(|param| index.lower(param, &index.scope_of(law)));
+    if !has_length || written.is_none_or(|written| matches!(written, Ty::Int | Ty::Float | Ty::Bool | Ty::Char)) {
+        return false;
+    }
+    let length = |site: &Site| match of.typed.ty(*site.inputs.get(number)?).peel() {
+        Ty::Array(_, length) => length.value,
+        _ => None,
+    };
+    let own = length(half);
+    own.is_none() || sites.iter().filter(|site| site.half == half.half).any(|site| length(site) != own)
+}
+
 /// Whether the type of an input is chosen with the filter, so that it is the same for all calls.
 fn is_of_filter(of: &LoopBody<'_>, site: &Site, number: usize) -> bool {
     let index = of.program.index;
@@ -423,5 +442,8 @@ fn name(of: &LoopBody<'_>, site: &Site, number: usize) -> String {
         let is_lower = text.starts_with(|first: char| first.is_lowercase());
         (is_name && is_lower && !matches!(text, "true" | "false" | "self")).then(|| text.to_owned())
     };
-    of_law.filter(|name| !name.starts_with('_')).or_else(given).unwrap_or_else(|| "input".to_owned())
+    // What is written `r#type` is a word of the language, or one that it keeps for itself.
+    let kept = ["abstract", "do", "final", "gen", "override", "priv", "try", "typeof", "unsized", "virtual"];
+    let is_plain = |name: &String| !(name.starts_with('_') || is_keyword(name) || kept.contains(&name.as_str()));
+    of_law.filter(is_plain).or_else(given).unwrap_or_else(|| "input".to_owned())
 }

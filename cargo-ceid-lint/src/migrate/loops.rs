@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::alternatives::chosen_names;
 use super::ambiguous::{CallsBesideCore, calls_beside_core};
-use super::implicit::{Impls, implicit, impls_of_std, shared_by_parameters};
+use super::implicit::{Impls, implicit, implicit_at, impls_of_std, shared_by_parameters};
 use super::macros::Macros;
 use super::survivors::{catches, expects, outlives_threads};
 use super::text::{Style, denies, has_level, has_word};
@@ -135,6 +135,12 @@ impl<'a> Loops<'a> {
         let all = self.impls.get_or_init(|| impls_of_std(self.program.index));
         let find = || implicit(self.program, all, function).into();
         Rc::clone(self.implicit.borrow_mut().entry(function).or_insert_with(find))
+    }
+
+    /// The functions that one expression may run without calling them.
+    pub(super) fn implicit_at(&self, function: FunctionId, id: ExprId) -> Vec<FunctionId> {
+        let all = self.impls.get_or_init(|| impls_of_std(self.program.index));
+        implicit_at(self.program, all, function, id)
     }
 
     /// What a type shares with others that may stand for a parameter whose operators or conversions a function runs.

@@ -10,6 +10,7 @@ mod ambiguous;
 mod body;
 mod boxed;
 mod called;
+mod calm;
 mod captures;
 mod closure;
 mod conditional;

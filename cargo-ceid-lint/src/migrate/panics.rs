@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use super::calm::may_fail;
 use super::locks::lock_behind;
 use super::loops::Loops;
 use super::mentions::Guarded;
+use super::purity::destructors;
 use super::signs::Code;
-use crate::index::{Def, FunctionId, Ty};
+use crate::index::{Def, FunctionId, Index, Ty};
 use crate::syntax::tree::{Body, Expr, ExprId, ExprKind, Literal, MacroKind, PatKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
@@ -17,8 +19,8 @@ pub(super) enum Panics {
     OnPurpose,
     /// Those of an index, of a division and of a loan as well, and those of functions that are called.
     Any,
-    /// All those that come in a release build, too, and a subtraction that goes below zero: what somebody sees who goes on after it.
-    /// Other sums and products overflow in a debug build only, and every counter would be one.
+    /// All those that may come in a release build, too, of what is not known to have none, and a subtraction that goes below zero: what
+    /// somebody sees who goes on after it. Other sums and products overflow in a debug build only, and every counter would be one.
     Seen,
     /// Those of `Any`, and what fails in a state that the program never asked for another sample in: a subtraction that goes below
     /// zero, a loop that does not come to its end.
@@ -48,17 +50,61 @@ pub(super) fn may_panic(loops: &Loops<'_>, function: FunctionId, which: Panics) 
         }
         open.extend(typed.callees.values().flat_map(targets));
         open.extend(loops.implicit(id).iter());
+        if which == Panics::Seen {
+            let all = (0u32..).map(ExprId).take(body.exprs.len());
+            open.extend(all.flat_map(|id| dropped(program.index, body, typed, id)));
+        }
     }
     false
 }
 
-/// Whether an expression may panic, or what it calls.
-pub(super) fn panics(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
+/// Whether an expression of a function may panic, or what it runs.
+pub(super) fn panics(loops: &Loops<'_>, function: FunctionId, id: ExprId, which: Panics) -> bool {
+    let index = loops.program.index;
+    let (Some(body), Some(typed)) = (&index.function(function).function.body, loops.program.typed(function)) else {
+        return true;
+    };
     let is_in_callee = || {
         let called = typed.callees.get(&id).into_iter().flat_map(targets);
         which != Panics::OnPurpose && called.into_iter().any(|target| may_panic(loops, target, which))
     };
-    panics_itself(loops, body, typed, id, which) || is_in_callee()
+    let is_in_passing = || {
+        let run = || loops.implicit_at(function, id);
+        which == Panics::Seen && run().into_iter().any(|target| may_panic(loops, target, which))
+    };
+    // The name of a closure stands where it is handed on to be called.
+    let closure = match (typed.callees.get(&id), &body.expr(id).kind, typed.ty(id).peel()) {
+        (Some(Callee::Closure(closure)), ..) => Some(*closure),
+        (_, ExprKind::Path(_), Ty::Closure(closure)) => Some(ExprId(*closure)),
+        _ => None,
+    };
+    // One that calls itself would be looked at for ever.
+    let closure = closure.filter(|closure| !body.within(*closure).any(|inner| inner == id));
+    let is_in_closure = || {
+        let inside = closure.into_iter().flat_map(|closure| body.within(closure));
+        which == Panics::Seen && inside.into_iter().any(|id| panics(loops, function, id, which))
+    };
+    panics_itself(loops, body, typed, id, which) || is_in_callee() || is_in_passing() || is_in_closure()
+}
+
+/// Whether what runs where a value is dropped that an expression makes, or takes away, may panic so that somebody sees it.
+pub(super) fn panics_when_dropped(loops: &Loops<'_>, function: FunctionId, id: ExprId) -> bool {
+    let index = loops.program.index;
+    let (Some(body), Some(typed)) = (&index.function(function).function.body, loops.program.typed(function)) else {
+        return true;
+    };
+    dropped(index, body, typed, id).into_iter().any(|target| may_panic(loops, target, Panics::Seen))
+}
+
+/// What runs where a value is dropped that an expression makes, or takes away.
+fn dropped(index: &Index, body: &Body, typed: &TypedBody, id: ExprId) -> Vec<FunctionId> {
+    let mut seen = BTreeSet::new();
+    let mut of = |id: ExprId| destructors(index, typed.ty(id), &mut seen);
+    match &body.expr(id).kind {
+        ExprKind::Call { args, .. } => args.iter().chain([&id]).flat_map(|id| of(*id)).collect(),
+        ExprKind::MethodCall { .. } | ExprKind::Struct { .. } => of(id),
+        _ => Vec::new(),
+    }
 }
 
 fn targets(callee: &Callee) -> Vec<FunctionId> {
@@ -73,7 +119,7 @@ fn panics_itself(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, 
     let is_any = which != Panics::OnPurpose;
     let is_anew = which == Panics::Anew;
     let is_seen = which == Panics::Seen;
-    if is_any && typed.callees.get(&id).is_some_and(|callee| unwinds(loops, callee)) {
+    if is_any && typed.callees.get(&id).is_some_and(|callee| unwinds(loops, callee)) || is_seen && may_fail(&code, id) {
         return true;
     }
     match &body.expr(id).kind {
@@ -171,7 +217,7 @@ fn is_within(code: &Code<'_>, base: ExprId, index: ExprId) -> bool {
 
 impl Code<'_> {
     /// The number that an expression is: a literal, or a constant with one.
-    fn constant(&self, id: ExprId) -> Option<u64> {
+    pub(super) fn constant(&self, id: ExprId) -> Option<u64> {
         self.written(id, |body, id| match body.expr(id).kind {
             ExprKind::Literal(Literal::Int(number, _)) => number,
             _ => None,
@@ -179,7 +225,7 @@ impl Code<'_> {
     }
 
     /// The same for a number of any kind, which may have a sign.
-    fn number(&self, id: ExprId) -> Option<f64> {
+    pub(super) fn number(&self, id: ExprId) -> Option<f64> {
         if let ExprKind::Negate(inner) = self.body.expr(id).kind {
             return self.number(inner).map(|number| -number);
         }

@@ -152,6 +152,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
     let present = Present::of(&of).map_err(at_head)?;
+    let what = if of.is_function { "function" } else { "loop" };
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
@@ -176,7 +177,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         match sites(&of, pair) {
             Ok(sites) if sites.is_empty() && is_half(pair) => {
                 let text = format!(
-                    "`{}` is a half of the law of `{}`, and the loop does not tell where it would run: call it there, and migrate then",
+                    "`{}` is a half of the law of `{}`, and the {what} does not tell where it would run: call it there, and migrate then",
                     pair.law, pair.name
                 );
                 reasons.push(Reason { span, text });
@@ -186,7 +187,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                     Some(place) => found.push((*pair, place, sites)),
                     None => {
                         let text = format!(
-                            "`{}` is {verdict}, and the loop does not tell what a guard would hold: update it where its law belongs, \
+                            "`{}` is {verdict}, and the {what} does not tell what a guard would hold: update it where its law belongs, \
                              and migrate then",
                             pair.name
                         );

@@ -136,7 +136,7 @@ fn lends_open(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
 }
 
 /// What runs where values of a type are dropped.
-fn destructors(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Vec<FunctionId> {
+pub(super) fn destructors(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Vec<FunctionId> {
     let mut of_parts = |parts: &[Ty]| parts.iter().flat_map(|part| destructors(index, part, seen)).collect::<Vec<_>>();
     match ty {
         Ty::Tuple(parts) | Ty::External(_, parts) => of_parts(parts),
@@ -182,7 +182,7 @@ fn is_of_a_value(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
 }
 
 /// Whether methods of a value may be any code: those of a parameter or an object, and of readers and iterators over such.
-fn is_open(ty: &Ty) -> bool {
+pub(super) fn is_open(ty: &Ty) -> bool {
     match inner(ty) {
         Ty::Param(param) => !param.bounds.iter().all(is_pure),
         Ty::Opaque(bounds) => !bounds.iter().all(is_pure),

@@ -17,7 +17,7 @@ impl Scope<'_> {
     ) -> String {
         let text = self.text;
         let has_own = |at: usize| {
-            let own = Import::at(text, at, self.name).filter(|own| own.stmt != import.stmt)?;
+            let own = Import::at(self.written(), at, self.name).filter(|own| own.stmt != import.stmt)?;
             let around = self.outline.around(own.stmt.start).next().map(|around| around.brackets.clone())?;
             let path = text[own.stmt.clone()].split_once("use").map(|(_, path)| path.trim_start())?;
             let leads_there = ["super", "self", "{", "Self"].iter().any(|begin| path.starts_with(begin));
@@ -30,7 +30,7 @@ impl Scope<'_> {
             let is_own = is_inside && !leads_there && path.contains("::") && !self.is_of_other(&own);
             (is_own && !words(&text[around.clone()], self.name).any(is_named)).then_some(around)
         };
-        let own: Vec<_> = words(text, self.name).filter_map(has_own).collect();
+        let own: Vec<_> = words(self.code, self.name).filter_map(has_own).collect();
         blanked(&self.in_sight(scope, without_tests, sought), own.into_iter())
     }
 }

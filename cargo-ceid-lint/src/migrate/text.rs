@@ -184,12 +184,22 @@ fn block_comment(text: &str, start: usize) -> Option<usize> {
 
 /// The text with blanks in the place of its comments.
 pub(super) fn without_comments(text: &str) -> String {
+    without(text, &[TokenKind::LineComment, TokenKind::BlockComment])
+}
+
+/// The text with blanks in the place of its comments, of its strings and of its characters.
+pub(super) fn code_only(text: &str) -> String {
+    without(text, &[TokenKind::LineComment, TokenKind::BlockComment, TokenKind::Literal])
+}
+
+fn without(text: &str, kinds: &[TokenKind]) -> String {
     let mut code = String::with_capacity(text.len());
     for token in Lexer::new(text) {
         let part = &text[token.start..token.end];
-        match token.kind {
-            TokenKind::LineComment | TokenKind::BlockComment => code.extend(std::iter::repeat_n(' ', part.len())),
-            _ => code.push_str(part),
+        if kinds.contains(&token.kind) {
+            code.extend(std::iter::repeat_n(' ', part.len()));
+        } else {
+            code.push_str(part);
         }
     }
     code

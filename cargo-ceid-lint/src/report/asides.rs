@@ -36,8 +36,9 @@ pub fn asides(report: &Report) -> Vec<String> {
 pub fn stale(number: u32, path: &str) -> Option<String> {
     let (are, them) = if number == 1 { ("is", "it") } else { ("are", "them") };
     let findings = count(number as usize, "finding");
-    (number > 0)
-        .then(|| format!("{findings} of `{path}` {are} fixed: `cargo ceid-lint baseline --prune` takes {them} out"))
+    (number > 0).then(|| {
+        format!("{findings} of `{path}` {are} no longer reported: `cargo ceid-lint baseline --prune` takes {them} out")
+    })
 }
 
 #[cfg(test)]
@@ -61,7 +62,7 @@ mod tests {
         let report = Report { baselines: vec![comparison], unchanged: Some(unchanged), ..Report::default() };
         let expected = [
             "1 known finding is in `ceid-baseline.toml`",
-            "2 findings of `ceid-baseline.toml` are fixed: `cargo ceid-lint baseline --prune` takes them out",
+            "2 findings of `ceid-baseline.toml` are no longer reported: `cargo ceid-lint baseline --prune` takes them out",
             "left out 0 findings that touch no line changed since `main`",
         ];
         assert_eq!(asides(&report), expected);

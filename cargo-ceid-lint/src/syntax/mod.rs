@@ -33,6 +33,7 @@ pub(crate) use lex::{Lexer, Token, TokenKind};
 pub use macros::{Exports, Neighbours, has_known_macros, spelled};
 use modules::Loader;
 pub use outline::{Enclosure, Outline};
+pub(crate) use text::is_keyword;
 use tree::{Attribute, Item};
 
 /// A crate whose module tree was followed from its root.

@@ -189,7 +189,8 @@ pub(super) fn captures(literal: &str) -> Vec<Range<usize>> {
     found
 }
 
-fn is_keyword(word: &str) -> bool {
+/// Whether a word is one of the language.
+pub(crate) fn is_keyword(word: &str) -> bool {
     matches!(
         word,
         "as" | "async"

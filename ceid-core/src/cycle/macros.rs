@@ -32,14 +32,14 @@
 #[macro_export]
 macro_rules! each_cycle {
     ($filters:ident in $control:expr => $body:block) => {
-        $crate::each_cycle!($filters, _info in $control => $body)
+        $crate::each_cycle!($filters, __ceid_info in $control => $body)
     };
     ($filters:ident, $info:ident in $control:expr => $body:block) => {
         match $control.by_ref() {
-            control => {
-                while let ::core::option::Option::Some(mut guard) = $crate::Cyclic::cycle(control) {
-                    let $info = guard.info();
-                    let $filters = guard.filters();
+            __ceid_control => {
+                while let ::core::option::Option::Some(mut __ceid_guard) = $crate::Cyclic::cycle(__ceid_control) {
+                    let $info = __ceid_guard.info();
+                    let $filters = __ceid_guard.filters();
                     $body
                     // The end of the body leaves it as `continue` does, so that both share one copy of the laws.
                     #[allow(unreachable_code)]
@@ -95,31 +95,34 @@ macro_rules! ceid {
     };
 }
 
+// A pattern that is the name of a constant or of a unit struct of the caller means that, hygiene or not: what these macros bind
+// has names that nobody else has.
+//
 // Writes `kf` as `kf = kf`, and then makes the guard. One filter (or set) is guarded without a list around it, because
 // a list of references costs an indirection where the compiler does not inline the laws.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __ceid {
     ($cycle:expr; [$name:ident = $place:expr,]) => {
-        let cycle: $crate::Cycle<'_, _> = $cycle;
-        let rate = cycle.rate();
-        let mut guard = cycle.guard({
+        let __ceid_cycle: $crate::Cycle<'_, _> = $cycle;
+        let __ceid_rate = __ceid_cycle.rate();
+        let mut __ceid_guard = __ceid_cycle.guard({
             use $crate::__private::Guarded as _;
-            $place.guarded_at(rate)
+            $place.guarded_at(__ceid_rate)
         });
-        let $name = guard.filters();
+        let $name = __ceid_guard.filters();
         // Registering a filter is a use of it, also when the body does not touch it.
         let _ = &$name;
     };
     ($cycle:expr; [$($name:ident = $place:expr,)+]) => {
-        let cycle: $crate::Cycle<'_, _> = $cycle;
-        let rate = cycle.rate();
-        let mut parts = {
+        let __ceid_cycle: $crate::Cycle<'_, _> = $cycle;
+        let __ceid_rate = __ceid_cycle.rate();
+        let mut __ceid_parts = {
             use $crate::__private::Guarded as _;
-            ( $( cycle.admit($place.guarded_at(rate)), )+ )
+            ( $( __ceid_cycle.admit($place.guarded_at(__ceid_rate)), )+ )
         };
-        let mut guard = cycle.guard(&mut parts);
-        let &mut ( $( &mut ref mut $name, )+ ) = guard.filters();
+        let mut __ceid_guard = __ceid_cycle.guard(&mut __ceid_parts);
+        let &mut ( $( &mut ref mut $name, )+ ) = __ceid_guard.filters();
         // Registering a filter is a use of it, also when the body does not touch it.
         $( let _ = &$name; )+
     };

@@ -203,7 +203,9 @@ impl Run<'_> {
         }
         let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
         for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
-            let reasons: Vec<String> = cycle.filters.iter().filter_map(|pair| left(report, cycle, pair)).collect();
+            let mut reasons: Vec<String> = cycle.filters.iter().filter_map(|pair| left(report, cycle, pair)).collect();
+            // A law of several halves has a pair for each.
+            reasons.dedup();
             if !reasons.is_empty() {
                 let file = &report.sources.file(cycle.head.file).name;
                 let title = format!("{file}:{}: `{}`: not migrated", line(cycle.head), cycle.function);

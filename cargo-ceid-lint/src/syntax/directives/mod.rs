@@ -77,7 +77,7 @@ pub struct NearMiss {
     pub message: String,
     /// What to write, and where, if that is known.
     pub correction: Option<(Span, String)>,
-    /// Whether the correction can only be what was meant.
+    /// Whether the correction can only be what was meant, and hides no finding.
     pub is_certain: bool,
 }
 

@@ -135,20 +135,20 @@ fn documentation_and_strings_say_nothing() {
 
 #[test]
 fn near_misses_are_corrected() {
-    says("// ceid: alow(a_b)", "miss // ceid: allow(a_b)");
-    says("// ceid: Allow(a_b)", "miss // ceid: allow(a_b)");
+    says("// ceid: alow(a_b)", "miss // ceid: allow(a_b) ?");
+    says("// ceid: Allow(a_b)", "miss // ceid: allow(a_b) ?");
     says("// ceid: ignore(a_b)", "miss // ceid: allow(a_b) ?");
-    says("// ceid: allow a_b", "miss // ceid: allow(a_b)");
-    says("// ceid: allow[a_b, c_d]", "miss // ceid: allow(a_b, c_d)");
-    says("// ceid: allow(a_b) -- the \"GPS\"", r#"miss // ceid: allow(a_b, reason = "the \"GPS\"")"#);
+    says("// ceid: allow a_b", "miss // ceid: allow(a_b) ?");
+    says("// ceid: allow[a_b, c_d]", "miss // ceid: allow(a_b, c_d) ?");
+    says("// ceid: allow(a_b) -- the \"GPS\"", r#"miss // ceid: allow(a_b, reason = "the \"GPS\"") ?"#);
     says("// ceid: allow(a_b) because of tests", "miss // ceid: allow(a_b, reason = \"because of tests\") ?");
     says("// ceid: expect(a_b) GPS is slow", "miss // ceid: expect(a_b, reason = \"GPS is slow\") ?");
     says("// ceid: allow(a_b) the pump is off", "miss // ceid: allow(a_b, reason = \"the pump is off\") ?");
-    says("// ceid allow(a_b)", "miss // ceid: allow(a_b)");
-    says("// CEID: allow(a_b)", "miss // ceid: allow(a_b)");
-    says("// ceid:: allow(a_b)", "miss // ceid: allow(a_b)");
+    says("// ceid allow(a_b)", "miss // ceid: allow(a_b) ?");
+    says("// CEID: allow(a_b)", "miss // ceid: allow(a_b) ?");
+    says("// ceid:: allow(a_b)", "miss // ceid: allow(a_b) ?");
     says("// cied: cycle", "miss // ceid: cycle");
-    says("// ceid: not a cycle.", "miss // ceid: not-a-cycle");
+    says("// ceid: not a cycle.", "miss // ceid: not-a-cycle ?");
     says("// ceid: cylce", "miss // ceid: cycle");
     says("// ceid: every 10", "miss // ceid: every(10)");
     says("// ceid: evry(10)", "miss // ceid: every(10)");
@@ -193,10 +193,10 @@ fn attributes_are_read_as_comments_are() {
         &["allow a_b, above fn", "expect c_d, above fn"],
     );
     check("fn f() {\n#![cfg_attr(any(), ceid::allow(a_b))]\n}", &["allow a_b, inside 7"]);
-    check("#[cfg_attr(any(), ceid::alow(a_b))]\nfn f() {}", &["miss ceid::allow(a_b), above fn"]);
+    check("#[cfg_attr(any(), ceid::alow(a_b))]\nfn f() {}", &["miss ceid::allow(a_b) ?, above fn"]);
     check(
         "#[cfg_attr(any(), expect(ceid::a_b, ceid::c_d, reason = \"x\"))]\nfn f() {}",
-        &["miss ceid::expect(a_b, c_d, reason = \"x\"), above fn"],
+        &["miss ceid::expect(a_b, c_d, reason = \"x\") ?, above fn"],
     );
     check("#[cfg_attr(any(), allow(dead_code))]\nfn f() {}", &[]);
     check("#[cfg_attr(any(), allow(dead_code, ceid::a_b))]\nfn f() {}", &["miss, above fn"]);
