@@ -117,7 +117,9 @@ fn defects<'f>(
                 && own.head > start
                 && end.is_none_or(|end| own.head < end)
                 && (!goes_on_behind(graph, guard, *id)
-                    || feeds(facts, guard, *id) && !is_used_around(facts, guard, *id))
+                    || feeds(facts, guard, *id)
+                        && !is_used_around(facts, guard, *id)
+                        && !feeds_item_of_round(facts, guard, *id))
                 && (!is_passed(index, graph, summaries, *id) || asks_filters(index, graph, *id))
         });
         if let Some((_, own)) = inside {
@@ -205,6 +207,27 @@ fn feeds(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
     inside.any(|node| match &node.effect {
         Effect::Call(site) => site.args.iter().any(|arg| !arg.is_shared && arg.place.as_ref().is_some_and(&is_held)),
         Effect::Write(write) => is_held(&write.place),
+        _ => false,
+    })
+}
+
+/// Whether a loop feeds what the loop around it, in which a guard is made, goes over: it tries again with the same sample.
+fn feeds_item_of_round(facts: &FunctionFacts<'_>, guard: &GuardInfo, id: LoopId) -> bool {
+    let graph = facts.graph;
+    let Some(outer) = guard.in_loop.map(|outer| graph.loop_info(outer)) else { return false };
+    let items = facts.aliases.derived_from(&outer.bound);
+    let is_item = |place: &Place| place.base_var().is_some_and(|var| items.contains(var));
+    let is_held = held_by(facts, guard);
+    let inside = |id: &NodeId, within: LoopId| graph.is_within(graph.node(*id).in_loop, within);
+    graph.node_ids().filter(|node| inside(node, id)).any(|node| match &graph.node(node).effect {
+        Effect::Call(site) => {
+            let is_fed = site.args.iter().any(|arg| !arg.is_shared && arg.place.as_ref().is_some_and(&is_held));
+            is_fed && site.args.iter().flat_map(|arg| arg.place.iter().chain(&arg.from.places)).any(is_item)
+        }
+        Effect::Write(write) if is_held(&write.place) => {
+            let computed = graph.changes.get(&node).into_iter().flat_map(|change| &change.computed.places);
+            write.from.iter().chain(computed).any(is_item)
+        }
         _ => false,
     })
 }
