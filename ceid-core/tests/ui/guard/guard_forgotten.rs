@@ -16,12 +16,12 @@ fn main() {
     let mut control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new().take(3));
     each_cycle!(f in control => {
         f.kf.0 = 0.0;
-        core::mem::forget(guard);
+        core::mem::forget(__ceid_guard);
     });
     let mut kf = KalmanF(0.0);
     let mut clock = Free::<Hz<1000>>::new();
     while let Some(cycle) = clock.next_cycle() {
         ceid!(cycle => kf);
-        drop(guard);
+        drop(__ceid_guard);
     }
 }
