@@ -66,13 +66,13 @@ fn the_migration_form_reaches_filters_made_for_it() {
 }
 
 /// Registers of a chip, as a generator names them.
-#[allow(non_upper_case_globals, non_camel_case_types)]
+#[expect(non_upper_case_globals, non_camel_case_types, reason = "a generator writes them so")]
 mod registers {
-    pub const control: u32 = 1;
-    pub const cycle: u32 = 2;
-    pub const parts: u32 = 4;
-    pub static rate: u32 = 8;
-    pub struct guard;
+    pub(super) const control: u32 = 1;
+    pub(super) const cycle: u32 = 2;
+    pub(super) const parts: u32 = 4;
+    pub(super) static rate: u32 = 8;
+    pub(super) struct guard;
 }
 
 #[test]
