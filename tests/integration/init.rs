@@ -579,3 +579,25 @@ fn what_does_the_same_to_the_state_is_the_same_law() {
     let text = written_for("same_effect_beside", &beside);
     assert!(text.contains("law = \"process\""), "{text}");
 }
+
+#[test]
+fn laws_of_separate_states_that_run_side_by_side_are_halves() {
+    let code = |attitude: &str, round: &str| {
+        format!(
+            "pub struct Pid {{ height_sum: f64, tilt_sum: f64 }}\nimpl Pid {{\n\
+             pub fn compute_height(&mut self, error: f64, dt: f64) -> f64 {{ self.height_sum += error * dt; self.height_sum }}\n\
+             pub fn compute_tilt(&mut self, error: f64, dt: f64) -> f64 {{ self.{attitude} += error * dt; self.{attitude} }}\n\
+             }}\npub fn run(mut pid: Pid, mut other: Pid) {{ loop {{ {round} }} }}\n"
+        )
+    };
+    let beside = "let u = pid.compute_height(1.0, 0.01); pid.compute_tilt(u, 0.01);";
+    let text = uncommented(&written_for("init_separate", &code("tilt_sum", beside)));
+    assert!(text.contains("law = [[\"compute_height\"], [\"compute_tilt\"]]"), "{text}");
+    // One state that both advance is advanced twice.
+    let text = uncommented(&written_for("init_one_state", &code("height_sum", beside)));
+    assert!(text.contains("law = [[\"compute_height\", \"compute_tilt\"]]"), "{text}");
+    // Each on a value of its own, they may be two forms of one law.
+    let apart = "pid.compute_height(1.0, 0.01); other.compute_tilt(1.0, 0.01);";
+    let text = uncommented(&written_for("init_apart", &code("tilt_sum", apart)));
+    assert!(text.contains("law = [[\"compute_height\", \"compute_tilt\"]]"), "{text}");
+}
