@@ -388,7 +388,7 @@ fn optional_method(
         }
         "cloned" | "copied" => own(copied(inner)),
         "flatten" if inner.external_name() == Some("Option") => inner.clone(),
-        "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
+        "map_err" | "inspect_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
             Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
         }
         "map" => own(closure.cloned().unwrap_or(Ty::Unknown)),

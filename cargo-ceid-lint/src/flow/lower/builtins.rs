@@ -159,8 +159,8 @@ impl Builder<'_> {
                 let same_as = value.same_as.filter(|_| keeps_head);
                 Value { is_owned: false, head: None, same_as, ..value.clone() }
             }
-            "ok" | "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" | "or_default" | "wrap_err"
-            | "err_into" => {
+            "ok" | "map_err" | "inspect_err" | "context" | "with_context" | "ok_or" | "ok_or_else" | "or_default"
+            | "wrap_err" | "err_into" => {
                 for arg in args {
                     let given = self.expr(*arg);
                     if let Some(closure) = given.closure {

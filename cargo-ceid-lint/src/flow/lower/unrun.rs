@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 use super::closures::ClosureRef;
 use super::{Builder, Frame};
 use crate::flow::{Place, Unrun, UnrunKind};
-use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatKind, StmtKind};
 
 impl Builder<'_> {
     /// Notes what is made here and has not run yet.
@@ -42,7 +42,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether a `let` puts what is made there into a variable that is named somewhere, but to drop it.
+    /// Whether a `let` puts what is made there into a variable that is named somewhere, but to drop it or to do nothing with it.
     fn is_named_again(&self, frame: usize, made: ExprId) -> bool {
         let Frame { body, typed, .. } = &self.frames[frame];
         let span = body.expr(made).span;
@@ -64,7 +64,15 @@ impl Builder<'_> {
                 _ => Vec::new(),
             })
             .collect();
-        typed.expr_local.iter().any(|(id, local)| holders.contains(local) && !dropped.contains(id))
+        // `let _ = step;` does nothing with it.
+        let named_only: FxHashSet<ExprId> = (body.stmts())
+            .filter_map(|stmt| match &stmt.kind {
+                StmtKind::Let { pat, init, .. } if matches!(body.pat(*pat).kind, PatKind::Wild) => *init,
+                _ => None,
+            })
+            .collect();
+        let goes_on = |id: &ExprId| !dropped.contains(id) && !named_only.contains(id);
+        typed.expr_local.iter().any(|(id, local)| holders.contains(local) && goes_on(id))
     }
 }
 

@@ -134,7 +134,7 @@ impl Builder<'_> {
         let text = self.text(id);
         self.unknown_call(id, text, &exprs, &all);
         match method {
-            "map_err" | "context" | "with_context" | "wrap_err" | "ok" | "await" => value,
+            "map_err" | "inspect_err" | "context" | "with_context" | "wrap_err" | "ok" | "await" => value,
             _ => Value::default(),
         }
     }
