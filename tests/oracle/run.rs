@@ -223,13 +223,16 @@ impl Batch {
     }
 
     /// Whether a `for` over a collection stands around the last of some lines, whose elements or what they refer to have the name:
-    /// `for f in &mut self.fs {` for `self.fs[*]` and `self.fs[0]`, `for f in v {` behind `v.push(&mut self.a);` for `self.a`.
+    /// `for f in &mut self.fs {` for `self.fs[*]` and `self.fs[0]`, `for f in v {` behind `v.push(&mut self.a);` for `self.a`, and
+    /// behind `let v: Vec<_> = self.fs.iter_mut().collect();` for `self.fs[0]`.
     fn is_at_hand(&self, range: Range<usize>, name: &str) -> bool {
         let indent = |line: &str| line.len() - line.trim_start().len();
         let before: Vec<&str> = self.text.lines().take(range.end).skip(range.start).collect();
         let has_word =
             |line: &str, word: &str| line.split(|char: char| !char.is_ascii_alphanumeric()).any(|w| w == word);
-        let is_gathered = |row: &str| before.iter().any(|line| has_word(line, row) && line.contains(name));
+        let all = name.rsplit_once('[').map(|(collection, _)| format!("{collection}.iter_mut()"));
+        let is_named = |line: &str| line.contains(name) || all.as_ref().is_some_and(|all| line.contains(all));
+        let is_gathered = |row: &str| before.iter().any(|line| has_word(line, row) && is_named(line));
         let is_over = |head: &str| match name.rsplit_once('[') {
             Some((collection, _)) if head.contains(collection) => true,
             _ => {
