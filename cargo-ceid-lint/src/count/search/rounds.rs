@@ -26,7 +26,9 @@ impl Run<'_, '_> {
             Some(cause) => State { unknown: Some(self.cause(&cause)), ..state },
             None => state,
         };
-        if self.search.covers(id) && !is_region {
+        // Nobody's round is among none: `filters.drain(..)` where all were drained before.
+        let is_none = info.rounds == Rounds::Constant(0);
+        if self.search.covers(id) && !is_region && !is_none {
             let own = self.search.with_items(&plain, id);
             // What holds references may hold no more of the instance where it was emptied, or not filled.
             let is_entered = info.is_entered || matches!(info.rounds, Rounds::Constant(rounds) if rounds > 0);
