@@ -122,8 +122,7 @@ impl Between {
             let mut cycles = around.iter().map(|cycle| &self.cycles[*cycle]);
             return cycles.find(|cycle| cycle.anew.contains(&(own, number))).map(|cycle| cycle.function);
         }
-        let parts =
-            (1..=place.steps.len()).map(|count| Place { base: place.base, steps: place.steps[..count].to_vec() });
+        let parts = (1..=place.steps.len()).map(|count| place.up_to(count));
         let fields: Vec<Field> = parts.filter_map(|part| field_of(index, graph, &part)).collect();
         fields.iter().find_map(|field| {
             let writers = self.writers.get(field).map_or(&[][..], Vec::as_slice);
@@ -179,7 +178,7 @@ fn field_written(index: &Index, graph: &ControlFlowGraph, id: NodeId, lasts: &dy
 
 fn field_of(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Field> {
     let Some((Projection::Field(name), owner)) = place.steps.split_last() else { return None };
-    let owner = place_ty(index, graph, &Place { base: place.base, steps: owner.to_vec() })?;
+    let owner = place_ty(index, graph, &Place { base: place.base, steps: owner.into() })?;
     match owner.peel() {
         Ty::Adt(id, _) => Some((*id, name.to_string())),
         _ => None,

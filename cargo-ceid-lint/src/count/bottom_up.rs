@@ -136,7 +136,7 @@ fn parts_of_own(program: &Program<'_>, graph: &ControlFlowGraph) -> Option<Vec<G
     index.law_run_by(&ty, index.origin(graph.function))?;
     let may_hold = |name: &&str| index.field_ty(&ty, None, name).is_none_or(|ty| may_hold_filter(index, &ty));
     let names = of_type.fields.iter().map(|field| &*field.name).filter(may_hold);
-    let part = |name: &str| Given { base: GivenBase::Param(0), steps: vec![Projection::Field(name.into())] };
+    let part = |name: &str| Given { base: GivenBase::Param(0), steps: [Projection::Field(name.into())].into() };
     Some(names.map(part).collect())
 }
 

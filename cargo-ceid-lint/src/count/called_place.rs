@@ -44,7 +44,7 @@ impl CalledPlace {
     /// Whether the target treats the elements that the place stands for differently, and the instance is one of them by its number.
     pub(super) fn is_uneven(&self, summaries: &Summaries, instance: &Place) -> bool {
         let tells_apart = |root: &Place| {
-            let mut keys = root.steps.iter().zip(&instance.steps).map(|(step, own)| (step.key(), own.key()));
+            let mut keys = root.steps.iter().zip(instance.steps.iter()).map(|(step, own)| (step.key(), own.key()));
             keys.any(|keys| matches!(keys, (Some(IndexKey::Each), Some(own)) if *own != IndexKey::Each))
         };
         self.roots().iter().any(tells_apart) && self.is_uneven_for_each(summaries)
@@ -72,7 +72,7 @@ impl CalledPlace {
     pub(super) fn passes_over(&self) -> bool {
         let is_skipped =
             |step: &Projection| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_skipped());
-        self.taken.iter().flat_map(|place| &place.steps).any(is_skipped)
+        self.taken.iter().flat_map(|place| place.steps.iter()).any(is_skipped)
     }
 
     /// The ways through the target.

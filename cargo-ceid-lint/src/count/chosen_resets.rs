@@ -2,6 +2,7 @@
 //! Nothing is certain of any one of them; that whoever chooses one resets it as well, is.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::aliases::Aliases;
 use super::given::{Given, MAX_PLACES, given, place_of};
@@ -61,11 +62,11 @@ pub(super) fn one_by_one(
     }
     let has_all = |place: &Place| {
         let at = place.steps.iter().position(|step| matches!(step.key(), Some(IndexKey::Number(_))))?;
-        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let collection = place.up_to(at);
         let Some(Ty::Array(_, length)) = place_ty(index, graph, &collection) else { return None };
         let element = |number| {
             let mut element = place.clone();
-            element.steps[at] = place.steps[at].with_key(IndexKey::Number(number));
+            Arc::make_mut(&mut element.steps)[at] = place.steps[at].with_key(IndexKey::Number(number));
             element
         };
         Some((0..length.value?).all(|number| reset.contains(&element(number))))

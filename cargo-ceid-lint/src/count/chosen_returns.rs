@@ -6,19 +6,17 @@ use std::collections::BTreeSet;
 use super::aliases::Aliases;
 use super::given::{Given, GivenBase, given};
 use super::summary::{Summaries, Summary};
-use crate::flow::{
-    CallSite, ControlFlowGraph, Effect, Head, NodeId, OTHER_HEADS, Place, Program, Projection, SubjectId,
-};
+use crate::flow::{CallSite, ControlFlowGraph, Effect, Head, NodeId, OTHER_HEADS, Place, Program, Steps, SubjectId};
 
 /// A part of a function's result that borrows a part of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Borrow {
     /// The steps into the result.
-    pub(super) part: Vec<Projection>,
+    pub(super) part: Steps,
     /// The parameter.
     pub(super) param: usize,
     /// The steps into the parameter.
-    pub(super) steps: Vec<Projection>,
+    pub(super) steps: Steps,
 }
 
 /// How many values of a parameter are told apart.

@@ -8,7 +8,7 @@ use crate::types::is_transparent;
 /// The type of a place as it is declared, with its references, pointers, options and locks; `None` for an element that is looked up.
 pub(super) fn declared_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
     let Some((last, steps)) = place.steps.split_last() else { return Some(base_ty(index, graph, place.base)) };
-    let owner = place_ty(index, graph, &Place { base: place.base, steps: steps.to_vec() })?;
+    let owner = place_ty(index, graph, &Place { base: place.base, steps: steps.into() })?;
     match (last, inner(&owner)) {
         (Projection::Field(name), Ty::Tuple(parts)) => parts.get(name.parse::<usize>().ok()?).cloned(),
         (Projection::Field(name), owner) => index.field_ty(&owner, None, name),

@@ -82,7 +82,7 @@ pub(super) fn hidden_at(
 pub(super) fn filters_before(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
     let is_open = |whole: &Place| matches!(place_ty(index, graph, whole), Some(Ty::Opaque(_) | Ty::Param(_)));
     let wholes = aliases.roots(place).into_iter().filter_map(|root| {
-        let mut before = (0..root.steps.len()).map(|at| Place { base: root.base, steps: root.steps[..at].to_vec() });
+        let mut before = (0..root.steps.len()).map(|at| root.up_to(at));
         before.find(is_open)
     });
     wholes.filter(|whole| !types_behind(index, graph, whole).is_empty()).collect()

@@ -67,7 +67,8 @@ pub(super) fn named(places: &[Place]) -> Vec<&Place> {
     let is_on_way = |at: usize| {
         let before = at.checked_sub(1).map(|before| &places[before]);
         before.is_some_and(|before| {
-            before.base == places[at].base && before.steps.split_last().is_some_and(|(_, way)| *way == places[at].steps)
+            before.base == places[at].base
+                && before.steps.split_last().is_some_and(|(_, way)| *way == *places[at].steps)
         })
     };
     (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
@@ -234,7 +235,7 @@ pub(super) fn passed_on(
         Effect::Write(write) => {
             let mut read = graph.changes.get(&node)?.computed.places.iter().filter_map(Place::base_var);
             let (_, owner) = write.place.steps.split_last().filter(|_| read.any(|var| from_given.contains(var)))?;
-            Some(Place { base: write.place.base, steps: owner.to_vec() })
+            Some(Place { base: write.place.base, steps: owner.into() })
         }
         _ => None,
     }));

@@ -101,13 +101,13 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
         let Projection::Field(name) = step else {
             // An element is the collection's, and what lies in an element is a value of the element's type, unless that is a tuple. An
             // array has its elements for good.
-            let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+            let collection = place.up_to(at);
             if keys.is_empty() || matches!(place_ty(index, graph, &collection), Some(Ty::Array(..))) {
                 continue;
             }
             break;
         };
-        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let owner = place.up_to(at);
         let owner = place_ty(index, graph, &owner);
         // A part of a tuple is one of whatever has the tuple.
         if matches!(owner, Some(Ty::Tuple(_))) {

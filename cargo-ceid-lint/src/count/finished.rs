@@ -9,7 +9,7 @@ use super::counts::Count;
 use super::cycles::Instance;
 use super::given::{Given, note, place_of};
 use super::summary::{Summaries, Summary};
-use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Transfer, Var};
+use crate::flow::{ControlFlowGraph, Effect, Place, Steps, Transfer, Var};
 
 /// How many moves in a row are followed.
 const MAX_MOVES: usize = 16;
@@ -48,7 +48,7 @@ fn looped(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) ->
 }
 
 /// The parts of a function's result that its cycles have updated, by the steps into the result.
-fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Vec<Projection>> {
+fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Steps> {
     let returned = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Return(value) => value.place.as_ref(),
         _ => None,
@@ -62,7 +62,7 @@ fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> 
     let mut found = BTreeSet::new();
     for result in results {
         let own = updated.iter().filter(|root| root.base == result.base);
-        found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.to_vec())));
+        found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.into())));
         let base = result.base_var().filter(|_| result.steps.is_empty());
         found.extend(base.into_iter().flat_map(|var| of_variable(graph, summaries, var)).cloned());
     }
@@ -98,7 +98,7 @@ pub(super) fn of_variable<'a>(
     graph: &'a ControlFlowGraph,
     summaries: &'a Summaries,
     var: Var,
-) -> impl Iterator<Item = &'a Vec<Projection>> {
+) -> impl Iterator<Item = &'a Steps> {
     let moved_from = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Set(set) if set.place == Place::var(var) => set.from.as_ref().filter(|from| from.steps.is_empty()),
         _ => None,

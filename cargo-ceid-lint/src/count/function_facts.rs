@@ -117,8 +117,8 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
         return false;
     }
     // What a generic function does to another type's fields does not happen where the type is known.
-    let mut at = Place { base: place.base, steps: Vec::new() };
-    for step in &place.steps {
+    let mut at = Place::from(place.base);
+    for step in place.steps.iter() {
         let owner = place_ty(index, graph, &at).filter(|_| matches!(step, Projection::Field(_)));
         at = at.join(std::slice::from_ref(step));
         let has_parts = match &owner {

@@ -180,7 +180,7 @@ pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Sum
         Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } => true,
         Effect::Use { place } => holds_filter(place),
         Effect::Set(write) | Effect::Write(write) if !write.place.steps.is_empty() => {
-            holds_filter(&Place { base: write.place.base, steps: Vec::new() })
+            holds_filter(&Place::from(write.place.base))
         }
         Effect::Unknown { places, .. } => places.iter().any(holds_filter),
         Effect::Call(site) => {

@@ -1,10 +1,11 @@
 //! Places across calls: what a function is given, and what that is where it is called.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::aliases::Aliases;
 use crate::flow::{
-    Argument, Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section,
+    Argument, Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section, Steps,
     Subject, Transfer,
 };
 use crate::index::{Index, ValueId};
@@ -14,7 +15,7 @@ use crate::syntax::tree::{Receiver, TypeRef};
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Given {
     pub(super) base: GivenBase,
-    pub(super) steps: Vec<Projection>,
+    pub(super) steps: Steps,
 }
 
 impl Given {
@@ -25,7 +26,7 @@ impl Given {
             |step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_taken() || section.is_rest()),
         ) {
             let mut given = self;
-            given.steps[at] = given.steps[at].with_key(IndexKey::Each);
+            Arc::make_mut(&mut given.steps)[at] = given.steps[at].with_key(IndexKey::Each);
             return vec![given];
         }
         let section = self.steps.iter().enumerate().find_map(|(at, step)| match step.key() {
@@ -37,7 +38,7 @@ impl Given {
         let Some((at, numbers)) = section else { return vec![self] };
         let with_number = |number| {
             let mut given = self.clone();
-            given.steps[at] = given.steps[at].with_key(IndexKey::Number(number));
+            Arc::make_mut(&mut given.steps)[at] = given.steps[at].with_key(IndexKey::Number(number));
             given
         };
         numbers.map(with_number).collect()
@@ -52,7 +53,7 @@ impl Given {
 
     /// The parameter or static that it is a part of.
     fn whole(&self) -> Self {
-        Self { base: self.base, steps: Vec::new() }
+        Self { base: self.base, steps: Steps::default() }
     }
 
     /// Whether it is a question about a place.
@@ -89,14 +90,14 @@ pub(super) fn bound(places: &mut BTreeSet<Given>) {
             return;
         }
         let taken = std::mem::take(places).into_iter().map(|mut given| {
-            given.steps.truncate(deepest - 1);
+            given.steps = given.steps.iter().take(deepest - 1).cloned().collect();
             given
         });
         *places = taken.collect();
         // What lies in one of them is told with it.
         let is_part = |given: &Given| {
             (0..given.steps.len())
-                .any(|at| places.contains(&Given { base: given.base, steps: given.steps[..at].to_vec() }))
+                .any(|at| places.contains(&Given { base: given.base, steps: given.steps[..at].into() }))
         };
         let parts: Vec<Given> = places.iter().filter(|given| is_part(given)).cloned().collect();
         places.retain(|given| !parts.contains(given));
@@ -184,7 +185,7 @@ pub(super) fn given_subject(graph: &ControlFlowGraph, subject: &Subject) -> Opti
 
 /// The place inside the function that callers know as given.
 pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
-    let steps: Vec<Projection> = given
+    let steps: Steps = given
         .steps
         .iter()
         .map(|step| match step.key() {
@@ -202,7 +203,7 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
 }
 
 /// The steps of a callee's place at a call of it: an index that is a parameter is the argument.
-pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection> {
+pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Steps {
     let at_call = |step: &Projection| match step.key() {
         Some(IndexKey::Param(param)) => {
             let key = site.args.get(*param).and_then(|arg| arg.index.clone());
@@ -216,7 +217,7 @@ pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection>
 /// The place at a call whose value a condition of the callee asks for.
 pub(super) fn asked_at(given: &Given, site: &CallSite) -> Option<Place> {
     if let Some((question, steps)) = given.steps.split_last().filter(|(last, _)| last.is_question()) {
-        let asked = asked_at(&Given { base: given.base, steps: steps.to_vec() }, site)?;
+        let asked = asked_at(&Given { base: given.base, steps: steps.into() }, site)?;
         return Some(asked.join(std::slice::from_ref(question)));
     }
     match argument(given, site) {

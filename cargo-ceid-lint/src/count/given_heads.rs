@@ -51,7 +51,7 @@ pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summ
     }
     // What is written as a part of something else, or together with it, has a head that is not told here.
     let overlap = |left: &Given, right: &Given| {
-        left.base == right.base && left.steps.iter().zip(&right.steps).all(|(left, right)| left == right)
+        left.base == right.base && left.steps.iter().zip(right.steps.iter()).all(|(left, right)| left == right)
     };
     let written: Vec<Given> = found.keys().chain(&others).cloned().collect();
     found.retain(|given, _| {

@@ -10,7 +10,7 @@ use super::given::{Given, GivenBase, given, place_of};
 use super::referred;
 use super::summary::Summaries;
 use crate::flow::{
-    About, Assignment, CallSite, Cause, ControlFlowGraph, Effect, Head, Node, NodeId, Place, Projection, Test,
+    About, Assignment, CallSite, Cause, ControlFlowGraph, Effect, Head, Node, NodeId, Place, Projection, Steps, Test,
     Transfer, Var,
 };
 use crate::index::{Index, Ty};
@@ -32,7 +32,7 @@ struct Put {
 /// refers to no more.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Way {
-    parts: Vec<(Vec<Projection>, Given)>,
+    parts: Vec<(Steps, Given)>,
     head: Option<Head>,
     /// Whether something was there before, so that this is a change.
     is_change: bool,
@@ -94,7 +94,9 @@ fn puts_of(index: &Index, graph: &ControlFlowGraph) -> BTreeSet<Put> {
         }
     }
     let overlaps = |one: &Given, other: &Given| {
-        one != other && one.base == other.base && one.steps.iter().zip(&other.steps).all(|(step, other)| step == other)
+        one != other
+            && one.base == other.base
+            && one.steps.iter().zip(other.steps.iter()).all(|(step, other)| step == other)
     };
     let beside: BTreeSet<&Given> = found.keys().filter(|to| found.keys().any(|other| overlaps(to, other))).collect();
     let put = |(to, nodes): (&Given, &BTreeMap<NodeId, Vec<Way>>)| {
@@ -116,7 +118,7 @@ fn lent_places(
     graph: &ControlFlowGraph,
     aliases: &Aliases,
     id: NodeId,
-    parts: &[(Vec<Projection>, Place)],
+    parts: &[(Steps, Place)],
 ) -> BTreeSet<Given> {
     let (Effect::Set(set) | Effect::Write(set)) = &graph.node(id).effect else { return BTreeSet::new() };
     let lent = |given: &Given| match given.base {
@@ -126,7 +128,7 @@ fn lent_places(
     let writes_through = |var: Var| matches!(&graph.var(var).ty, Ty::Ref(true, inner) if may_refer(index, inner));
     let roots: Vec<Place> = match (set.place.steps.split_last(), &graph.node(id).effect) {
         (Some((last, owner)), _) => {
-            let owner = aliases.roots(&Place { base: set.place.base, steps: owner.to_vec() });
+            let owner = aliases.roots(&Place { base: set.place.base, steps: owner.into() });
             owner.into_iter().map(|owner| owner.join(std::slice::from_ref(last))).collect()
         }
         // A variable that refers to something else says nothing of what it referred to.
@@ -146,7 +148,7 @@ fn lent_places(
 fn ways_of(
     index: &Index,
     graph: &ControlFlowGraph,
-    (to, parts): (&Given, &[(Vec<Projection>, Place)]),
+    (to, parts): (&Given, &[(Steps, Place)]),
     head: Option<&Head>,
     is_change: bool,
 ) -> Vec<Way> {
@@ -168,7 +170,7 @@ fn ways_of(
         let with = |way: &Way| {
             let more = choice.iter().map(|from| {
                 let mut way = way.clone();
-                way.parts.extend(from.clone().map(|from| (part.to_vec(), from)));
+                way.parts.extend(from.clone().map(|from| (part.into(), from)));
                 way
             });
             more.collect::<Vec<Way>>()
@@ -177,7 +179,7 @@ fn ways_of(
     }
     ways.retain(|way| is_change || !way.parts.is_empty());
     // What was taken out is put back.
-    let is_same = |(part, root): &(Vec<Projection>, Place)| part.is_empty() && given(graph, root).as_ref() == Some(to);
+    let is_same = |(part, root): &(Steps, Place)| part.is_empty() && given(graph, root).as_ref() == Some(to);
     if is_change && parts.iter().any(is_same) {
         let is_other = |way: &Way| !way.parts.is_empty();
         ways.retain(is_other);

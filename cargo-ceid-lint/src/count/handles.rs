@@ -8,7 +8,7 @@ use super::instances::{leaves, leaves_and_payloads, place_ty};
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
 use crate::flow::{
-    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection, Transfer, Var,
+    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection, Steps, Transfer, Var,
 };
 use crate::index::{Index, Ty, TypeId};
 
@@ -25,7 +25,7 @@ pub(super) struct Handles {
 /// What a variable, or a part of it, is given.
 #[derive(Debug)]
 struct Source {
-    steps: Vec<Projection>,
+    steps: Steps,
     from: Place,
     at: Option<NodeId>,
 }
@@ -34,9 +34,9 @@ struct Source {
 #[derive(Debug, Default)]
 pub(super) struct Joined {
     /// The steps to the two parts of a value.
-    parts: Vec<(Made, Vec<Projection>, Vec<Projection>)>,
+    parts: Vec<(Made, Steps, Steps)>,
     /// The steps into the elements of a collection of which several have the same.
-    elements: Vec<(Made, Vec<Projection>)>,
+    elements: Vec<(Made, Steps)>,
     /// The filters whose handles are cloned somewhere, and those whose handles are put together with others.
     pub(super) cloned: Vec<Ty>,
     mixed: Vec<Ty>,
@@ -78,7 +78,7 @@ pub(super) fn has_handles(index: &Index, graph: &ControlFlowGraph) -> bool {
 pub(super) fn is_shared(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let ty = match place.base {
         Base::Var(var) => Some(graph.var(var).ty.clone()),
-        Base::Static(_) => place_ty(index, graph, &Place { base: place.base, steps: Vec::new() }),
+        Base::Static(_) => place_ty(index, graph, &Place::from(place.base)),
     };
     let is_it = |steps: &[Projection]| steps.len() >= place.steps.len() && may_match(steps, &place.steps);
     // Without a handle on the way there, the filters need not be told one by one.
@@ -339,10 +339,10 @@ impl Joined {
                 };
                 if from.iter().any(is_again) {
                     // A tuple may have been made to be taken apart: `unzip`.
-                    if let (Ty::Tuple(parts), [Projection::Field(number), rest @ ..]) = (&ty, leaf.steps.as_slice())
+                    if let (Ty::Tuple(parts), [Projection::Field(number), rest @ ..]) = (&ty, &*leaf.steps)
                         && let Some(part) = number.parse::<usize>().ok().and_then(|number| parts.get(number))
                     {
-                        self.elements.push(((name_of(part), Some(leaf.ty.clone())), rest.to_vec()));
+                        self.elements.push(((name_of(part), Some(leaf.ty.clone())), rest.into()));
                     }
                     self.elements.push(((name_of(&ty), Some(leaf.ty)), leaf.steps));
                 }
@@ -358,16 +358,16 @@ impl Joined {
         (left, right): (&Place, &Place),
         filter: &Option<Ty>,
     ) -> bool {
-        let common = left.steps.iter().zip(&right.steps).take_while(|(left, right)| left == right).count();
+        let common = left.steps.iter().zip(right.steps.iter()).take_while(|(left, right)| left == right).count();
         left.base == right.base
             && !self.parts.is_empty()
             && (0..=common).any(|at| {
-                let owner = Place { base: left.base, steps: left.steps[..at].to_vec() };
+                let owner = left.up_to(at);
                 let Some(ty) = place_ty(index, graph, &owner) else { return false };
                 let made = (name_of(&ty), filter);
                 let [one, other] = [left, right].map(|place| &place.steps[at..]);
                 let are_these = |left: &[Projection], right: &[Projection]| left == one && right == other;
-                let is_it = |(own, left, right): &(Made, Vec<Projection>, Vec<Projection>)| {
+                let is_it = |(own, left, right): &(Made, Steps, Steps)| {
                     may_be_of(own, made) && (are_these(left, right) || are_these(right, left))
                 };
                 self.parts.iter().any(is_it)
@@ -378,10 +378,10 @@ impl Joined {
     fn has_elements(&self, index: &Index, graph: &ControlFlowGraph, place: &Place, filter: &Option<Ty>) -> bool {
         !self.elements.is_empty()
             && (0..place.steps.len()).filter(|at| matches!(place.steps[*at], Projection::Index(_))).any(|at| {
-                let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+                let element = place.up_to(at + 1);
                 let Some(ty) = place_ty(index, graph, &element) else { return false };
                 let made = (name_of(&ty), filter);
-                self.elements.iter().any(|(own, steps)| may_be_of(own, made) && *steps == place.steps[at + 1..])
+                self.elements.iter().any(|(own, steps)| may_be_of(own, made) && **steps == place.steps[at + 1..])
             })
     }
 }
@@ -407,7 +407,7 @@ pub(super) fn is_among(filters: &[Ty], filter: &Option<Ty>) -> bool {
 fn are_side_by_side(left: &Place, right: &Place) -> bool {
     let owner = |place: &Place| {
         let at = place.steps.iter().position(|step| step.key().is_some())?;
-        Some(Place { base: place.base, steps: place.steps[..at].to_vec() })
+        Some(place.up_to(at))
     };
     owner(left).is_some_and(|own| owner(right) == Some(own))
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::behind::part_of;
 use super::declared::base_ty;
 use super::whole_arrays::all_keys;
-use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection};
+use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection, Steps};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::Fields;
 use crate::types::is_transparent;
@@ -114,7 +114,7 @@ pub(super) fn inner(ty: &Ty) -> Ty {
 /// Whether a place is an element of a map.
 pub(super) fn is_in_map(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     place.steps.iter().enumerate().any(|(at, step)| {
-        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let owner = place.up_to(at);
         matches!(step, Projection::Index(_))
             && place_ty(index, graph, &owner)
                 .is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
@@ -124,7 +124,7 @@ pub(super) fn is_in_map(index: &Index, graph: &ControlFlowGraph, place: &Place) 
 /// Whether a place lies behind a reference or handle in a field, so that moving its owner does not move it.
 pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     place.steps.iter().enumerate().any(|(at, step)| {
-        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let owner = place.up_to(at);
         match (step, place_ty(index, graph, &owner)) {
             (Projection::Field(name), Some(owner @ Ty::Adt(..))) => match index.field_ty(&owner, None, name) {
                 Some(Ty::Ref(..)) => true,
@@ -146,7 +146,7 @@ pub(super) fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place
     let ty = match (place.steps.split_last(), place.base) {
         (None, Base::Var(var)) => Some(graph.var(var).ty.clone()),
         (Some((Projection::Field(name), owner)), _) => {
-            let owner = Place { base: place.base, steps: owner.to_vec() };
+            let owner = Place { base: place.base, steps: owner.into() };
             place_ty(index, graph, &owner).and_then(|ty| index.field_ty(&ty, None, name))
         }
         _ => None,
@@ -157,7 +157,7 @@ pub(super) fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place
 /// A filter that lies in a value of some type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Leaf {
-    pub(super) steps: Vec<Projection>,
+    pub(super) steps: Steps,
     pub(super) ty: Ty,
     /// Whether it may be absent, shared, or one of an unknown number: then nothing is owed to it as a sibling.
     pub(super) is_uncertain: bool,
@@ -214,8 +214,9 @@ pub(super) fn leaves_and_payloads(index: &Index, ty: &Ty) -> Vec<Leaf> {
 /// collection is entered.
 pub(super) fn is_always_in(index: &Index, graph: &ControlFlowGraph, whole: &Place, steps: &[Projection]) -> bool {
     let Some(ty) = place_ty(index, graph, whole) else { return false };
-    let is_in =
-        |ty: &Ty, steps: &[Projection]| leaves(index, ty).iter().any(|leaf| leaf.steps == steps && !leaf.is_uncertain);
+    let is_in = |ty: &Ty, steps: &[Projection]| {
+        leaves(index, ty).iter().any(|leaf| *leaf.steps == *steps && !leaf.is_uncertain)
+    };
     match (&ty, whole.steps.last(), steps) {
         (Ty::Adt(id, _), Some(Projection::Field(name)), [Projection::Field(field), rest @ ..]) => {
             let Shape::Enum(variants) = &index.type_def(*id).shape else { return is_in(&ty, steps) };
@@ -279,7 +280,7 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
     }
     if index.filter_spec(ty).is_some() {
         found.push(Leaf {
-            steps: steps.clone(),
+            steps: steps.as_slice().into(),
             ty: ty.clone(),
             is_uncertain: way.is_uncertain,
             is_shared: way.is_shared || index.shares_state(ty),
@@ -422,7 +423,7 @@ fn named_elements(
 ) -> BTreeMap<Place, Named> {
     let mut named: BTreeMap<Place, (Option<u64>, BTreeSet<IndexKey>)> = BTreeMap::new();
     for (place, key) in places.iter().filter_map(|place| Some((place, place.steps.get(at)?.key()?))) {
-        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let collection = place.up_to(at);
         // A channel of a state that is an array is no element of it.
         let is_channel = matches!(place.steps[at], Projection::Channel(_));
         let (length, constants) = named.entry(collection.clone()).or_insert_with(|| {
@@ -466,7 +467,7 @@ fn settle_step(
     let Some((step, own)) = place.steps.get(at).and_then(|step| Some((step, step.key()?))) else {
         return vec![place.clone()];
     };
-    let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+    let collection = place.up_to(at);
     let with_key = |key: &IndexKey| collection.join(&[step.with_key(key.clone())]).join(&place.steps[at + 1..]);
     let named = named.get(&collection).filter(|named| !named.constants.is_empty());
     let are_all = named.is_some_and(|named| named.are_all);

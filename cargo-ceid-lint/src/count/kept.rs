@@ -28,7 +28,7 @@ pub(super) fn params(
         match &node.effect {
             Effect::Set(set) | Effect::Write(set) => {
                 let Some(from) = set.from.as_ref().filter(|from| !is_plain(index, graph, from)) else { continue };
-                let owner = Place { base: set.place.base, steps: Vec::new() };
+                let owner = Place::from(set.place.base);
                 let owners = params(&mut aliases.roots(&owner).into_iter());
                 let mut given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
                 given.extend(copies.get(&from.base).into_iter().flatten());

@@ -130,7 +130,7 @@ impl Context<'_> {
                 && place
                     .steps
                     .iter()
-                    .zip(&other.steps)
+                    .zip(other.steps.iter())
                     .all(|(left, right)| left == right || (left.key().is_some() && right.key().is_some()))
         };
         for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
@@ -294,7 +294,7 @@ impl Context<'_> {
     pub(super) fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place, is_shared: bool) -> bool {
         (0..place.steps.len()).any(|at| {
             let (steps, rest) = place.steps.split_at(at);
-            let whole = Place { base: place.base, steps: steps.to_vec() };
+            let whole = Place { base: place.base, steps: steps.into() };
             let is_element = whole.steps.last().is_some_and(|step| step.key().is_some());
             // Of a collection no two elements are told apart.
             let is_in_same = |other: &Place| match (other.steps.get(..at), is_element) {

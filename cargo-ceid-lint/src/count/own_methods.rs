@@ -9,7 +9,7 @@ use super::returned;
 use super::search::not_told;
 use super::summary::Summary;
 use crate::config::OnErr;
-use crate::flow::{ControlFlowGraph, IndexKey, Projection};
+use crate::flow::{ControlFlowGraph, IndexKey, Projection, Steps};
 use crate::index::{FilterSpec, FunctionId, Index, MethodOwner, Ty};
 
 /// What a function is to the filter that it is called on.
@@ -35,7 +35,7 @@ pub(super) fn add(index: &Index, graph: &ControlFlowGraph, summary: &mut Summary
     let own: Vec<Option<Own<'_>>> = types.iter().map(|ty| own(index, ty, id)).collect();
     let Some(known) = own.iter().flatten().next() else { return };
     let is_told = own.iter().all(|other| other.as_ref() == Some(known));
-    let whole = Given { base: GivenBase::Param(0), steps: Vec::new() };
+    let whole = Given { base: GivenBase::Param(0), steps: Steps::default() };
     let heads = summary.heads;
     let plain = Outcome { returned: heads, unknown: None, ..Outcome::unknown(not_told()) };
     let unknown = || Outcome { returned: heads, ..Outcome::unknown(not_told()) };

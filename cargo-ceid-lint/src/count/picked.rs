@@ -206,7 +206,7 @@ fn asks_element(search: &Search<'_>, test: &Test, within: LoopId) -> bool {
     let is_in_element = |root: &Place| {
         let is_same =
             |(step, own): (&Projection, &Projection)| step == own || step.key().is_some() && own.key().is_some();
-        each.is_some_and(|at| root.steps.len() > at && root.steps[..=at].iter().zip(&instance.steps).all(is_same))
+        each.is_some_and(|at| root.steps.len() > at && root.steps[..=at].iter().zip(instance.steps.iter()).all(is_same))
     };
     // What lies in another collection is not followed.
     let is_beside = |root: &Place| {

@@ -52,7 +52,7 @@ fn only_law_reaches(facts: &FunctionFacts<'_>, composite: &Place, part: &Place) 
 pub(super) fn has_owner_twice(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let mut owners = Vec::new();
     (0..place.steps.len()).any(|count| {
-        let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
+        let owner = place.up_to(count);
         match place_ty(index, graph, &owner).map(|ty| inner(&ty)) {
             Some(Ty::Adt(id, _)) if owners.contains(&id) => true,
             Some(Ty::Adt(id, _)) => {

@@ -76,7 +76,7 @@ impl Context<'_> {
 
 /// The resource of several tasks of which a place is a part.
 fn resource_around(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Place> {
-    let mut owners = (0..place.steps.len()).map(|at| Place { base: place.base, steps: place.steps[..at].to_vec() });
+    let mut owners = (0..place.steps.len()).map(|at| place.up_to(at));
     owners.find(|owner| is_resource(index, graph, owner))
 }
 

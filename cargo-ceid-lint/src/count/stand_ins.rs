@@ -8,7 +8,7 @@ use super::given::{Given, GivenBase, MAX_PLACES, note, place_of};
 use super::instances::inner;
 use super::search::{Region, Search};
 use super::summary::Summary;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, stands_in, stands_in_for_states};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, Steps, stands_in, stands_in_for_states};
 
 /// Says of a function that stands in for a law that it does.
 pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut Summary) {
@@ -16,14 +16,14 @@ pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut
     let id = index.origin(graph.function);
     let cause = |law: &str| Cause::Limit(format!("`{}` writes what the law `{law}` advances", index.function(id).name));
     for (number, half, law) in stands_in_for_states(program, id) {
-        let state = Given { base: GivenBase::Param(number), steps: Vec::new() };
+        let state = Given { base: GivenBase::Param(number), steps: Steps::default() };
         summary.stand_ins.insert((state, half), cause(&law));
     }
     let Some(receiver) = graph.params.first().filter(|_| index.function(id).function.receiver.is_some()) else {
         return;
     };
     for (half, law) in stands_in(program, id, &inner(&graph.var(*receiver).ty)) {
-        let whole = Given { base: GivenBase::Param(0), steps: Vec::new() };
+        let whole = Given { base: GivenBase::Param(0), steps: Steps::default() };
         summary.stand_ins.insert((whole, half), cause(&law));
     }
 }

@@ -32,7 +32,7 @@ use super::turns;
 use super::uneven;
 use super::{carried_over, handed, kept, moves, referred};
 use crate::flow::{
-    CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer, Var,
+    CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Steps, Transfer, Var,
 };
 use crate::index::FunctionId;
 
@@ -100,7 +100,7 @@ pub(super) struct Summary {
     /// Whether a law that gives back the next state runs in it, whoever has the state.
     pub(super) gives_next: bool,
     /// The parts of its result that its own cycles have updated.
-    pub(super) finished: BTreeSet<Vec<Projection>>,
+    pub(super) finished: BTreeSet<Steps>,
     /// What it updates without ever coming back.
     pub(super) endless: BTreeSet<Given>,
     /// What loops of its own update.
@@ -209,7 +209,7 @@ impl Summaries {
             |borrow| {
                 let arg = site.args.get(borrow.param)?;
                 let transfer = if arg.is_moved { Transfer::Move } else { Transfer::Borrow };
-                Some((borrow.part.as_slice(), arg.place.as_ref()?.join(&steps_at(&borrow.steps, site)), transfer))
+                Some((&*borrow.part, arg.place.as_ref()?.join(&steps_at(&borrow.steps, site)), transfer))
             },
         )
     }
@@ -288,7 +288,8 @@ impl Summaries {
         summary.returns.extend(moves::given_back(program.index, graph, self));
         summary.copies = moves::copied_back(program.index, graph, self);
         if summary.returns.len() > MAX_PLACES {
-            let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
+            let whole =
+                |borrow: &Borrow| Borrow { part: Steps::default(), param: borrow.param, steps: Steps::default() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
         summary.given_heads = given_heads::find(graph, &aliases, self);

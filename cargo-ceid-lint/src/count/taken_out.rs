@@ -115,7 +115,7 @@ fn is_put_back(search: &Search<'_>, nodes: &[&Node], site: &CallSite) -> bool {
 /// Whether a function that is called takes the filter at a place, where none need be, out of it, whatever it does with it then:
 /// `while let Some(mut job) = self.queue.pop() { … }`.
 pub(super) fn by_callees(context: &Context<'_>, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-    let whole = Place { base: place.base, steps: Vec::new() };
+    let whole = Place::from(place.base);
     if instances::is_always_in(context.program.index, facts.graph, &whole, &place.steps) {
         return false;
     }

@@ -200,7 +200,7 @@ impl Context<'_> {
     /// Whether a copy leaves, or another one begins with its state.
     fn goes_on(&self, facts: &FunctionFacts<'_>, copy: &InstanceCopy) -> bool {
         // A value in between is moved to where it has a name.
-        let places = copy.bases.iter().map(|base| Place { base: *base, steps: Vec::new() });
+        let places = copy.bases.iter().map(|base| Place::from(*base));
         let mut named = places.filter(|place| is_named(facts.graph, Some(place)));
         named.any(|place| {
             let uses = self.plain_uses(facts, &place, &|other| copy.is_in(facts, other));
@@ -387,7 +387,7 @@ fn is_element_of(written: &Place, instance: &Place) -> bool {
     let is_rest_of_rows = || all[own.len()..].iter().all(|step| step.key().is_some());
     written.base == instance.base
         && own.len() <= all.len()
-        && own.iter().zip(all).all(is_same)
+        && own.iter().zip(all.iter()).all(is_same)
         && own.last().is_some_and(|step| step.key().is_some())
         && is_rest_of_rows()
 }

@@ -26,7 +26,7 @@ impl Place {
     #[must_use]
     pub fn asked(&self) -> Option<(Self, &Projection)> {
         let (last, steps) = self.steps.split_last().filter(|(last, _)| last.is_question())?;
-        Some((Self { base: self.base, steps: steps.to_vec() }, last))
+        Some((Self { base: self.base, steps: steps.into() }, last))
     }
 }
 
@@ -55,11 +55,14 @@ impl Subject {
         }
         let mut asked = first.clone();
         for other in others {
-            let common = asked.steps.iter().zip(&other.steps).take_while(|(left, right)| left == right).count();
-            asked.steps.truncate(common);
+            let common = asked.steps.iter().zip(other.steps.iter()).take_while(|(left, right)| left == right).count();
+            asked = asked.up_to(common);
         }
-        let question =
-            with_blanks(&self.key, &place_key(&asked), &place_key(&Place { steps: Vec::new(), ..asked.clone() }))?;
+        let question = with_blanks(
+            &self.key,
+            &place_key(&asked),
+            &place_key(&Place { steps: std::sync::Arc::default(), ..asked.clone() }),
+        )?;
         Some(asked.field(&format!("{MARK}{question}")))
     }
 }

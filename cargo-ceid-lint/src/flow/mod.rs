@@ -13,6 +13,7 @@ mod lower;
 mod mark;
 mod place;
 mod program;
+mod section;
 mod sizes;
 mod steps;
 mod strides;
@@ -41,8 +42,9 @@ pub use lower::{
     stands_in, stands_in_for_states, told, works_out_of_settings,
 };
 pub use mark::{Mark, in_words};
-pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
+pub use place::{Base, IndexKey, Place, Projection, Relation, Steps};
 pub use program::{Inferred, MAX_VARIANTS, Program, VariantNumbers, small_number};
+pub use section::Section;
 pub use sizes::{AskedLength, LengthBound, Resized};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};

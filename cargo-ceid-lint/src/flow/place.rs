@@ -3,15 +3,20 @@
 use std::sync::Arc;
 
 use super::Var;
+use super::section::Section;
 use crate::index::ValueId;
+
+/// The way from one place to a part of it.
+pub type Steps = Arc<[Projection]>;
 
 /// A variable or static, and the way from it to a part.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Place {
     /// Where it begins.
     pub base: Base,
-    /// The steps. References, pointers, options and locks add none.
-    pub steps: Vec<Projection>,
+    /// The steps. References, pointers, options and locks add none. Places are copied far more often than they are made,
+    /// so that copies share them.
+    pub steps: Steps,
 }
 
 /// Where a place begins.
@@ -89,168 +94,45 @@ pub enum IndexKey {
     EachIn(Section),
 }
 
-/// Which elements a slice has.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Section {
-    /// The number of the first one.
-    pub from: u64,
-    /// The number behind the last one; `None` if it reaches to the end of the collection.
-    pub to: Option<u64>,
-    /// Whether these numbers are known; otherwise it is some slice.
-    pub is_exact: bool,
-    /// How it comes about.
-    pub kind: SectionKind,
-}
-
-/// How a slice of a collection comes about.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum SectionKind {
-    /// It is written like this: `1..`.
-    Written(Arc<str>),
-    /// It is one of the slices that a collection is handed out in, each element in exactly one of them.
-    Chunk,
-    /// It is the first ones: as many as there are, or fewer.
-    Taken,
-    /// It is all but the first ones.
-    Skipped,
-}
-
-impl SectionKind {
-    /// Its spelling.
-    #[must_use]
-    pub fn text(&self) -> &str {
-        match self {
-            Self::Written(text) => text,
-            Self::Chunk => "a chunk",
-            Self::Taken => "the first",
-            Self::Skipped => "behind the first",
-        }
-    }
-}
-
-impl Section {
-    /// The elements with these numbers, as the code writes it.
-    #[must_use]
-    pub fn known(from: u64, to: Option<u64>, text: &str) -> Self {
-        Self { from, to, is_exact: true, kind: SectionKind::Written(Arc::from(text)) }
-    }
-
-    /// A slice of which nothing is known but how the code writes it.
-    #[must_use]
-    pub fn unknown(text: &str) -> Self {
-        Self::some(SectionKind::Written(Arc::from(text)))
-    }
-
-    fn some(kind: SectionKind) -> Self {
-        Self { from: 0, to: None, is_exact: false, kind }
-    }
-
-    /// One of the slices that a collection is handed out in.
-    #[must_use]
-    pub fn chunk() -> Self {
-        Self::some(SectionKind::Chunk)
-    }
-
-    /// The first ones of a collection: as many as there are, or fewer.
-    #[must_use]
-    pub fn taken(count: Option<u64>) -> Self {
-        Self { from: 0, to: count, is_exact: count.is_some(), kind: SectionKind::Taken }
-    }
-
-    /// All elements of a collection but the first ones, if it is known how many these are.
-    #[must_use]
-    pub fn skipped(count: Option<u64>) -> Self {
-        let from = count.unwrap_or_default();
-        Self { from, to: None, is_exact: count.is_some(), kind: SectionKind::Skipped }
-    }
-
-    /// Whether it is one of the slices that a collection is handed out in.
-    #[must_use]
-    pub fn is_chunk(&self) -> bool {
-        self.kind == SectionKind::Chunk
-    }
-
-    /// Whether it is the first ones of a collection, which may be all of them.
-    #[must_use]
-    pub fn is_taken(&self) -> bool {
-        self.kind == SectionKind::Taken
-    }
-
-    /// Whether the element with that number is one of the slice as the code writes it: `&mut bank[..2]`.
-    #[must_use]
-    pub fn is_written_with(&self, number: u64) -> bool {
-        matches!(self.kind, SectionKind::Written(_)) && self.has(number) == Some(true)
-    }
-
-    /// Whether it is all elements behind the first ones, of which it is known how many there are: `1..`.
-    #[must_use]
-    pub fn is_rest(&self) -> bool {
-        self.is_exact && self.to.is_none() && !self.is_taken() && !self.is_chunk()
-    }
-
-    /// Whether it is all elements of a collection but the first ones.
-    #[must_use]
-    pub fn is_skipped(&self) -> bool {
-        self.kind == SectionKind::Skipped
-    }
-
-    /// The slice of the whole collection that another one is of this slice.
-    fn within(&self, inner: &Self) -> Self {
-        // What an adaptor says of a slice does not hold of the whole.
-        let kind = match (&self.kind, &inner.kind) {
-            (_, SectionKind::Written(_)) | (SectionKind::Chunk, SectionKind::Chunk) => inner.kind.clone(),
-            (SectionKind::Written(_), _) => self.kind.clone(),
-            _ => SectionKind::Written(Arc::from("..")),
-        };
-        if !self.is_exact || !inner.is_exact {
-            return Self::some(kind);
-        }
-        let to = inner.to.map(|to| self.from + to).or(self.to);
-        Self { from: self.from + inner.from, to, is_exact: true, kind }
-    }
-
-    /// Whether it has the element with that number; `None` if that cannot be known.
-    #[must_use]
-    pub fn has(&self, number: u64) -> Option<bool> {
-        self.is_exact.then(|| number >= self.from && self.to.is_none_or(|to| number < to))
-    }
-
-    /// The element of the whole collection that is this one of the slice.
-    fn element(&self, key: &IndexKey) -> IndexKey {
-        match key {
-            IndexKey::Each => IndexKey::EachIn(self.clone()),
-            IndexKey::Number(number) if self.is_exact => IndexKey::Number(self.from + number),
-            IndexKey::Slice(inner) => IndexKey::Slice(self.within(inner)),
-            IndexKey::EachIn(inner) => IndexKey::EachIn(self.within(inner)),
-            _ => IndexKey::Data(Arc::from(self.kind.text())),
-        }
-    }
-}
-
 /// How an access relates to an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// The access is the instance, or the instance lies in it by these steps.
-    Holds(Vec<Projection>),
+    Holds(Steps),
     /// It may be; the spelling of the index that decides.
-    MayHold(Arc<str>, Vec<Projection>),
+    MayHold(Arc<str>, Steps),
     /// The access is a part of the instance.
     Part,
     /// They have nothing to do with each other.
     Apart,
 }
 
+impl From<Base> for Place {
+    fn from(base: Base) -> Self {
+        Self { base, steps: Arc::default() }
+    }
+}
+
 impl Place {
     /// The whole of a variable.
     #[must_use]
     pub fn var(var: Var) -> Self {
-        Self { base: Base::Var(var), steps: Vec::new() }
+        Self::from(Base::Var(var))
     }
 
     /// The whole of a static.
     #[must_use]
     pub fn of_static(id: ValueId) -> Self {
-        Self { base: Base::Static(id), steps: Vec::new() }
+        Self::from(Base::Static(id))
+    }
+
+    /// Where its first steps lead to, which is the place itself where it has no more.
+    #[must_use]
+    pub fn up_to(&self, count: usize) -> Self {
+        match self.steps.get(..count) {
+            Some(steps) if steps.len() < self.steps.len() => Self { base: self.base, steps: steps.into() },
+            _ => self.clone(),
+        }
     }
 
     /// A part of this place.
@@ -284,6 +166,9 @@ impl Place {
     /// This place with more steps behind it. An element of a slice is an element of the whole.
     #[must_use]
     pub fn join(&self, more: &[Projection]) -> Self {
+        if more.is_empty() {
+            return self.clone();
+        }
         // There are very many places, most of them with a step or two.
         let mut steps = Vec::with_capacity(self.steps.len() + more.len());
         steps.extend_from_slice(&self.steps);
@@ -297,7 +182,7 @@ impl Place {
                 _ => steps.push(step.clone()),
             }
         }
-        Self { base: self.base, steps }
+        Self { base: self.base, steps: steps.into() }
     }
 
     /// The variable it begins with.
@@ -316,7 +201,7 @@ impl Place {
             return Relation::Apart;
         }
         let mut doubt: Option<Arc<str>> = None;
-        for (at, (step, own)) in self.steps.iter().zip(&instance.steps).enumerate() {
+        for (at, (step, own)) in self.steps.iter().zip(instance.steps.iter()).enumerate() {
             match (step, own) {
                 // A slice holds the elements that it has, under other numbers.
                 (Projection::Index(IndexKey::Slice(section)), Projection::Index(IndexKey::Number(number)))
@@ -327,7 +212,7 @@ impl Place {
                     }
                     let mut rest = instance.steps[at..].to_vec();
                     rest[0] = Projection::Index(IndexKey::Number(number - section.from));
-                    return Relation::Holds(rest);
+                    return Relation::Holds(rest.into());
                 }
                 (Projection::Field(left), Projection::Field(right)) if left == right => {}
                 (Projection::Index(left), Projection::Index(right))
@@ -342,7 +227,7 @@ impl Place {
         if self.steps.len() > instance.steps.len() {
             return Relation::Part;
         }
-        let rest = instance.steps[self.steps.len()..].to_vec();
+        let rest = instance.steps[self.steps.len()..].into();
         match doubt {
             None => Relation::Holds(rest),
             Some(text) => Relation::MayHold(text, rest),
@@ -359,7 +244,7 @@ impl Place {
     #[must_use]
     pub fn overlaps(&self, other: &Self) -> bool {
         self.base == other.base
-            && self.steps.iter().zip(&other.steps).all(|(left, right)| match (left, right) {
+            && self.steps.iter().zip(other.steps.iter()).all(|(left, right)| match (left, right) {
                 (Projection::Field(left), Projection::Field(right)) => left == right,
                 (Projection::Index(left), Projection::Index(right))
                 | (Projection::Channel(left), Projection::Channel(right)) => {
@@ -376,7 +261,7 @@ impl Place {
             Base::Var(id) => var(id),
             Base::Static(id) => of_static(id),
         };
-        for step in &self.steps {
+        for step in self.steps.iter() {
             match step {
                 Projection::Field(name) => {
                     text.push('.');
@@ -414,7 +299,7 @@ impl Place {
     #[must_use]
     pub fn bit_of(&self, number: &Self) -> Option<u32> {
         match self.steps.split_last()? {
-            (Projection::Field(name), steps) if self.base == number.base && *steps == number.steps => {
+            (Projection::Field(name), steps) if self.base == number.base && *steps == *number.steps => {
                 name.strip_prefix('&')?.parse().ok()
             }
             _ => None,

@@ -19,8 +19,8 @@ use super::search::Called;
 use super::shared_handles::shared_handles;
 use super::summary::Summaries;
 use crate::flow::{
-    Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection,
-    Relation, Transfer, Update, Var,
+    Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Relation,
+    Steps, Transfer, Update, Var,
 };
 use crate::index::{Index, Ty};
 
@@ -28,7 +28,7 @@ use crate::index::{Index, Ty};
 #[derive(Debug, Default)]
 pub(super) struct Aliases {
     /// What a variable, or a part of it, was given: the steps into the variable, and the place.
-    sources: BTreeMap<Var, Vec<(Vec<Projection>, Place)>>,
+    sources: BTreeMap<Var, Vec<(Steps, Place)>>,
     unnamed: BTreeSet<Var>,
     /// Handles of which there are others.
     handles: BTreeSet<Var>,
@@ -243,7 +243,7 @@ impl Aliases {
                 let Some(IndexKey::Var(var)) = site.args.get(*param).and_then(|arg| arg.index.as_ref()) else {
                     continue;
                 };
-                let collection = Given { base: given.base, steps: given.steps[..at].to_vec() };
+                let collection = Given { base: given.base, steps: given.steps[..at].into() };
                 if let Some(place) = place_of(&collection, site) {
                     let entry = (*var, place);
                     if !self.indexed.contains(&entry) {
@@ -366,10 +366,10 @@ impl Aliases {
     }
 
     /// The parts of a place that are names of other places, with those places; the whole if it is one.
-    pub(super) fn parts(&self, place: &Place) -> Vec<(Vec<Projection>, Place)> {
-        let mut found: Vec<(Vec<Projection>, Place)> =
-            self.roots(place).into_iter().map(|root| (Vec::new(), root)).collect();
-        let mut open = vec![(Vec::new(), place.clone(), 0)];
+    pub(super) fn parts(&self, place: &Place) -> Vec<(Steps, Place)> {
+        let mut found: Vec<(Steps, Place)> =
+            self.roots(place).into_iter().map(|root| (Steps::default(), root)).collect();
+        let mut open = vec![(Steps::default(), place.clone(), 0)];
         while let Some((part, place, links)) = open.pop() {
             let Some(var) = place.base_var().filter(|_| links < 6) else { continue };
             for (steps, source) in self.sources.get(&var).into_iter().flatten() {
@@ -377,7 +377,7 @@ impl Aliases {
                     continue;
                 }
                 if steps.len() > place.steps.len() {
-                    let inner = [part.as_slice(), &steps[place.steps.len()..]].concat();
+                    let inner: Steps = part.iter().chain(&steps[place.steps.len()..]).cloned().collect();
                     found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
                     // What is put in a part may be made of parts itself: `(Port { chip: self }, Port { chip: self })`.
                     if source.steps.is_empty() {
@@ -394,7 +394,7 @@ impl Aliases {
     }
 
     /// What the variables, or parts of them, were given: the steps into each, and the place.
-    pub(super) fn given(&self) -> impl Iterator<Item = (Var, &[(Vec<Projection>, Place)])> {
+    pub(super) fn given(&self) -> impl Iterator<Item = (Var, &[(Steps, Place)])> {
         self.sources.iter().map(|(var, given)| (*var, given.as_slice()))
     }
 

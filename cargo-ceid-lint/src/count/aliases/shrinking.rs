@@ -28,7 +28,7 @@ pub(super) fn without_numbers(place: &Place) -> Option<Place> {
 /// variable is given a part of itself again and again. What is still followed has no names yet.
 pub(super) fn comes_from_itself(seen: &BTreeMap<Place, BTreeSet<Place>>, place: &Place) -> bool {
     let Some(number) = first_number(place) else { return false };
-    let whole = Place { base: place.base, steps: Vec::new() };
+    let whole = Place::from(place.base);
     let of_variable = seen.range(whole..).take_while(|(other, _)| other.base == place.base);
     let is_before = |other: &Place| {
         other.steps.len() == place.steps.len() && first_number(other).is_some_and(|before| before < number)

@@ -6,7 +6,7 @@ use super::{Gates, resumed};
 use crate::count::given::{Given, GivenBase, given, place_of};
 use crate::count::search::Search;
 use crate::count::summary::Summary;
-use crate::flow::{CallSite, Effect, Head, NodeId, Place, Projection, SubjectId, Transfer};
+use crate::flow::{CallSite, Effect, Head, NodeId, Place, Steps, SubjectId, Transfer};
 
 /// How many nodes are looked at on each side of one that ends a pause.
 const MAX_BESIDE: usize = 32;
@@ -16,9 +16,9 @@ pub(super) struct ElementState {
     /// The state by its own name.
     pub(super) place: Place,
     /// The steps from the element to the state.
-    pub(super) to_state: Vec<Projection>,
+    pub(super) to_state: Steps,
     /// The steps from the element to the filter.
-    pub(super) to_filter: Vec<Projection>,
+    pub(super) to_filter: Steps,
     /// The collection of the filters, if the states lie in another one: `if on[i] { filters[i].update(x); }`.
     pub(super) filters: Option<Place>,
 }
@@ -87,15 +87,15 @@ impl Gates<'_, '_> {
     /// The state at a place, of what its first steps lead to, which is asked by another name.
     fn state_of(&self, place: Place, owner: usize, asked: &Place) -> Option<ElementState> {
         let instance = self.search.instance;
-        let own = Place { base: place.base, steps: place.steps[..owner].to_vec() };
-        let to_state = place.steps[owner..].to_vec();
+        let own = place.up_to(owner);
+        let to_state: Steps = place.steps[owner..].into();
         if own.overlaps(instance) {
-            let to_filter = instance.steps.get(owner..)?.to_vec();
+            let to_filter = instance.steps.get(owner..)?.into();
             return (!to_state.is_empty()).then_some(ElementState { place, to_state, to_filter, filters: None });
         }
         let (each, of_state) = (self.only_collection(instance)?, self.only_collection(&place)?);
-        let filters = Place { base: instance.base, steps: instance.steps[..each].to_vec() };
-        let (to_state, to_filter) = (place.steps[of_state + 1..].to_vec(), instance.steps[each + 1..].to_vec());
+        let filters = instance.up_to(each);
+        let (to_state, to_filter) = (place.steps[of_state + 1..].into(), instance.steps[each + 1..].into());
         let state = ElementState { place, to_state, to_filter, filters: Some(filters) };
         self.goes_with_filters(&state, asked).then_some(state)
     }
@@ -185,12 +185,12 @@ impl Gates<'_, '_> {
         state: &ElementState,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
-        let Some(owner) = set.steps.strip_suffix(state.to_state.as_slice()) else { return false };
+        let Some(owner) = set.steps.strip_suffix(&*state.to_state) else { return false };
         let filter = match &state.filters {
             None => [owner, &state.to_filter].concat(),
             Some(filters) => {
                 let (Some(whole), Some(key)) = (given(self.search.graph, filters), owner.last()) else { return false };
-                [whole.steps.as_slice(), std::slice::from_ref(key), &state.to_filter].concat()
+                [&*whole.steps, std::slice::from_ref(key), &state.to_filter].concat()
             }
         };
         summary.outcomes(self.search.law).any(|(given, ways)| {
@@ -278,13 +278,13 @@ impl Gates<'_, '_> {
         }
         let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
         let is_alike = |given: &Given, other: &Given| {
-            let mut steps = given.steps.iter().zip(&other.steps);
+            let mut steps = given.steps.iter().zip(other.steps.iter());
             given.base == other.base
                 && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
         };
         // An element that is given anew as a whole goes on with no state from before, unless the filter lies elsewhere.
         let is_beside = filter.steps.len() < owner
-            || !is_alike(&Given { steps: asked.steps[..owner].to_vec(), ..asked.clone() }, &filter);
+            || !is_alike(&Given { steps: asked.steps[..owner].into(), ..asked.clone() }, &filter);
         let is_like = |given: &Given| (is_beside || given.steps.len() > owner) && is_alike(given, &asked);
         let concerns = |summary: &Summary| {
             summary.outcomes(self.search.law).any(|(given, _)| is_alike(given, &filter))

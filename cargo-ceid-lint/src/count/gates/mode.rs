@@ -380,7 +380,7 @@ impl Gates<'_, '_> {
         let instance = self.search.instance;
         instance.steps.iter().enumerate().filter_map(|(at, step)| {
             let Projection::Field(variant) = step else { return None };
-            let owner = Place { base: instance.base, steps: instance.steps[..at].to_vec() };
+            let owner = instance.up_to(at);
             self.is_enum(&owner).then_some((owner, &**variant))
         })
     }

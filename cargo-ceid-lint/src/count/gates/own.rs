@@ -209,7 +209,7 @@ impl Gates<'_, '_> {
     fn has_filter(&self, place: &Place, steps: usize) -> bool {
         let index = self.search.program.index;
         (steps..=place.steps.len()).any(|count| {
-            let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
+            let owner = place.up_to(count);
             self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
         })
     }

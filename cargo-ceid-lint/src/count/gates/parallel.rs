@@ -45,8 +45,8 @@ impl Gates<'_, '_> {
 
     /// The element of which a place is the state; by the name of the state, where a loop gives it one of its own.
     pub(super) fn element_of(&self, place: &Place, state: &ElementState) -> Option<Place> {
-        let owner = place.steps.strip_suffix(state.to_state.as_slice());
-        let owner = owner.map(|steps| Place { base: place.base, steps: steps.to_vec() });
+        let owner = place.steps.strip_suffix(&*state.to_state);
+        let owner = owner.map(|steps| Place { base: place.base, steps: steps.into() });
         if state.filters.is_none() {
             return owner;
         }
@@ -55,7 +55,7 @@ impl Gates<'_, '_> {
         let by_root = || {
             let roots = self.search.aliases.roots(place);
             let [root] = roots.as_slice() else { return None };
-            let whole = Place { base: root.base, steps: root.steps.strip_suffix(state.to_state.as_slice())?.to_vec() };
+            let whole = Place { base: root.base, steps: root.steps.strip_suffix(&*state.to_state)?.into() };
             match whole.steps.last().filter(|_| whole.steps.len() == depth)?.key()? {
                 IndexKey::Each => place.steps.is_empty().then(|| place.clone()),
                 _ => Some(whole),
@@ -77,7 +77,7 @@ impl Gates<'_, '_> {
         let roots = self.search.aliases.roots(place);
         let [root] = roots.as_slice() else { return false };
         let Some((Projection::Index(key), rest)) =
-            root.steps.strip_prefix(filters.steps.as_slice()).and_then(<[_]>::split_first)
+            root.steps.strip_prefix(&*filters.steps).and_then(<[_]>::split_first)
         else {
             return false;
         };
@@ -161,12 +161,12 @@ impl Gates<'_, '_> {
         let is_it = |asked: &Place| {
             asked.base == place.base
                 && asked.steps.len() == place.steps.len()
-                && asked.steps.iter().zip(&place.steps).all(is_same)
+                && asked.steps.iter().zip(place.steps.iter()).all(is_same)
         };
         // Of `modes[i]`, the number is noted as well.
         let mut reads = named(&about.reads);
         let keys: Vec<IndexKey> =
-            reads.iter().flat_map(|read| &read.steps).filter_map(|step| step.key().cloned()).collect();
+            reads.iter().flat_map(|read| read.steps.iter()).filter_map(|step| step.key().cloned()).collect();
         reads.retain(|read| {
             !read.steps.is_empty() || !read.base_var().is_some_and(|var| keys.contains(&IndexKey::Var(var)))
         });

@@ -168,7 +168,7 @@ impl Gates<'_, '_> {
         let owners: Vec<(Ty, &[_])> = (0..place.steps.len())
             .filter_map(|count| {
                 let (way, rest) = place.steps.split_at(count);
-                let owner = Place { base: place.base, steps: way.to_vec() };
+                let owner = Place { base: place.base, steps: way.into() };
                 Some((inner(&place_ty(index, graph, &owner)?), rest))
             })
             .collect();

@@ -40,7 +40,7 @@ impl Gates<'_, '_> {
         let whole = || {
             let steps = &self.search.instance.steps;
             let each = steps.iter().rposition(|step| step.key().is_some())?;
-            Some(Place { base: self.search.instance.base, steps: steps[..=each].to_vec() })
+            Some(Place { base: self.search.instance.base, steps: steps[..=each].into() })
         };
         let is_measured =
             || own.is_measured(&round) && whole().is_some_and(|element| !self.is_written_beside(&own, &element));
@@ -214,9 +214,7 @@ impl Gates<'_, '_> {
         match place.steps.last() {
             Some(Projection::Field(name)) => name.to_string(),
             // Of `last[i]`, the collection has the name.
-            Some(Projection::Index(_)) => {
-                self.last_name(&Place { base: place.base, steps: place.steps[..place.steps.len() - 1].to_vec() })
-            }
+            Some(Projection::Index(_)) => self.last_name(&place.up_to(place.steps.len() - 1)),
             Some(Projection::Channel(_)) => String::new(),
             None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
         }

@@ -128,7 +128,7 @@ impl Gates<'_, '_> {
         if first.base != second.base || owner != other || first == second || !asked.iter().any(|place| counts(place)) {
             return false;
         }
-        let owner = Place { base: first.base, steps: owner.to_vec() };
+        let owner = Place { base: first.base, steps: owner.into() };
         let fed = &self.fed().places;
         let is_in = |place: &&Place| place.lies_at(&owner);
         // A field of `self` beside the numbers is its buffer if one of them is the index.
@@ -291,7 +291,7 @@ impl Gates<'_, '_> {
         let is_read_from = |place: &Place| {
             let is_part = asks_amount || asks_register || is_flag(&place);
             let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
-            let owner = Place { base: place.base, steps: owner.to_vec() };
+            let owner = Place { base: place.base, steps: owner.into() };
             let is_in = |other: &&Place| other.lies_at(&owner);
             // The bits that come with a sample that a helper is given are a part of it.
             let is_sample = is_masked
@@ -317,7 +317,7 @@ impl Gates<'_, '_> {
     /// value beside it as whoever raises the flag has put it there.
     fn is_mailbox(&self, flag: &Place) -> bool {
         let Some((_, owner)) = flag.steps.split_last() else { return false };
-        let owner = Place { base: flag.base, steps: owner.to_vec() };
+        let owner = Place { base: flag.base, steps: owner.into() };
         let writing: Vec<NodeId> = self.assigning(flag).collect();
         let takes_down = |id: &NodeId| match &self.search.graph.node(*id).effect {
             Effect::Set(set) | Effect::Write(set) => set.place == *flag && set.head.as_deref() == Some("false"),

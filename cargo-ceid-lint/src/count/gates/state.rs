@@ -50,7 +50,7 @@ impl Gates<'_, '_> {
             && calls[1..].iter().all(|name| matches!(name.as_str(), "Relaxed" | "Acquire" | "SeqCst"));
         let reach = self.reach();
         let opens = self.search.graph.node(at).next.iter().map(|next| reach[next.0 as usize]);
-        let owner = |steps: &[Projection]| match self.ty(&Place { base: place.base, steps: steps.to_vec() })?.peel() {
+        let owner = |steps: &[Projection]| match self.ty(&Place { base: place.base, steps: steps.into() })?.peel() {
             Ty::Adt(owner, _) => Some(*owner),
             _ => None,
         };

@@ -56,7 +56,7 @@ impl Gates<'_, '_> {
         let Some(var) = place.base_var() else { return false };
         let mut ty = graph.var(var).ty.peel().clone();
         let mut is_filter = graph.var(var).name != "self" && index.filter_spec(&ty).is_some();
-        for step in &place.steps {
+        for step in place.steps.iter() {
             let Projection::Field(name) = step else { return false };
             let (false, Ty::Adt(..)) = (is_filter, &ty) else { break };
             let Some(field) = index.field_ty(&ty, None, name) else { return false };

@@ -11,7 +11,7 @@ use crate::count::given_heads::GivenHeads;
 use crate::count::instances::place_ty;
 use crate::count::outcome::Outcome;
 use crate::count::returned;
-use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, IndexKey, Place, Steps, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
@@ -24,7 +24,7 @@ pub(in crate::count) struct Called {
     /// The caller's subjects of which its ways assume something.
     pub(super) asked: BTreeMap<Given, SubjectId>,
     /// What its result may borrow: the place, and the steps into the result.
-    pub(super) borrows: BTreeSet<(Vec<Projection>, Place)>,
+    pub(super) borrows: BTreeSet<(Steps, Place)>,
 }
 
 /// What a target of a call does.
@@ -109,7 +109,7 @@ impl Search<'_> {
         let owners = self.aliases.shared_roots(receiver);
         let owners = owners.iter().filter(|root| root.overlaps(self.instance));
         let mut types = owners.map(|root| {
-            let steps = self.instance.steps.get(..root.steps.len())?.to_vec();
+            let steps = self.instance.steps.get(..root.steps.len())?.into();
             place_ty(index, self.graph, &Place { base: self.instance.base, steps })
         });
         let first = types.next()??;
@@ -193,7 +193,7 @@ impl Search<'_> {
         let assumed: BTreeSet<&Given> = assumed.flat_map(BTreeMap::keys).collect();
         let asked = assumed.into_iter().filter_map(|given| Some((given.clone(), self.asked_subject(given, site)?)));
         called.asked = asked.collect();
-        called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
+        called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.into(), place)));
         called
     }
 }

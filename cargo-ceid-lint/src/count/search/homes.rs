@@ -58,7 +58,7 @@ impl Search<'_> {
 
     /// Whether a step of the instance's place names a variant.
     fn is_variant(&self, at: usize) -> bool {
-        let owner = Place { base: self.instance.base, steps: self.instance.steps[..at].to_vec() };
+        let owner = self.instance.up_to(at);
         matches!(self.instance.steps[at], Projection::Field(_))
             && matches!(place_ty(self.program.index, self.graph, &owner), Some(Ty::Adt(id, _))
                 if matches!(self.program.index.type_def(id).shape, Shape::Enum(_)))

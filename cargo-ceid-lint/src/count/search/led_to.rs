@@ -38,7 +38,7 @@ impl Search<'_> {
         let is_own = place.base_var().is_some_and(|var| self.graph.var(var).param.is_none());
         let first = place.steps.iter().position(|step| step.key().is_some()).filter(|_| is_own);
         let is_shared = |at: usize| {
-            let part = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+            let part = place.up_to(at + 1);
             matches!(declared_ty(self.program.index, self.graph, &part), Some(Ty::Ref(false, _)))
         };
         first.is_some_and(|first| (first..place.steps.len()).any(is_shared))
@@ -58,7 +58,7 @@ impl Search<'_> {
             }
             let is_again =
                 graph.loops_around(id).any(|id| !graph.is_within(graph.var(var).in_loop, id) && !self.covers(id));
-            let collection = Place { base: set.place.base, steps: set.place.steps[..at].to_vec() };
+            let collection = set.place.up_to(at);
             *collections.entry(collection).or_default() += if is_again { 2 } else { 1 };
         }
         collections.into_values().any(|times| times > 1)

@@ -24,6 +24,7 @@ mod pointed;
 mod presence;
 mod reach;
 mod recurring;
+mod relations;
 mod rounds;
 mod run;
 mod set_by_calls;

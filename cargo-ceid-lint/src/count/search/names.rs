@@ -7,10 +7,11 @@ use crate::count::given::given;
 use crate::count::instances::place_ty;
 use crate::flow::{
     Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
-    Rounds, Section, Transfer, Var,
+    Rounds, Section, Steps, Transfer, Var,
 };
 use crate::index::{Index, Ty};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 impl Search<'_> {
     /// The names after a value is given to a place, and whether the instance itself is replaced.
@@ -111,7 +112,7 @@ impl Search<'_> {
                     _ => None,
                 })
                 .collect();
-            match parts.iter_mut().find(|(own, _)| own == part) {
+            match parts.iter_mut().find(|(own, _)| *own == &**part) {
                 Some((_, ways)) if ways.contains(&gained) => {}
                 Some((_, ways)) => ways.push(gained),
                 None => parts.push((part, vec![gained])),
@@ -151,7 +152,7 @@ impl Search<'_> {
             let mut counters = self.graph.loops.iter().filter_map(|info| info.counter);
             counters.find(|(counter, _)| *counter == var).and_then(|(_, first)| first)
         };
-        place.steps.iter().zip(&name.steps).any(|(step, own)| match (step.key(), own.key()) {
+        place.steps.iter().zip(name.steps.iter()).any(|(step, own)| match (step.key(), own.key()) {
             (Some(IndexKey::Var(var)), Some(IndexKey::Number(number))) => {
                 first(*var).is_some_and(|first| *number < first)
             }
@@ -163,7 +164,7 @@ impl Search<'_> {
     pub(super) fn is_by_number(&self, place: &Place) -> bool {
         let counts =
             |var: Var| self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
-        place.steps.iter().zip(&self.instance.steps).any(|(step, own)| match (step.key(), own.key()) {
+        place.steps.iter().zip(self.instance.steps.iter()).any(|(step, own)| match (step.key(), own.key()) {
             (Some(IndexKey::Var(var)), Some(IndexKey::Number(_))) => counts(*var),
             _ => false,
         })
@@ -217,7 +218,7 @@ impl Search<'_> {
                     if is_kept || matches!(step.key(), Some(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_)))
                     {
                         let mut indexed = name.clone();
-                        indexed.steps[at] = step.with_key(IndexKey::Var(counter));
+                        Arc::make_mut(&mut indexed.steps)[at] = step.with_key(IndexKey::Var(counter));
                         all.push(indexed);
                     }
                 }
@@ -236,11 +237,11 @@ pub(super) fn is_concerned(names: &[Place], set: &Assignment) -> bool {
 }
 
 /// The steps of a name behind an element of a collection; a whole collection is handed out by chunks.
-fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
+fn element_rest(source: &Place, name: &Place) -> Option<Steps> {
     if source.base != name.base || source.steps.len() > name.steps.len() {
         return None;
     }
-    let matches = source.steps.iter().zip(&name.steps).all(|(left, right)| match (left, right) {
+    let matches = source.steps.iter().zip(name.steps.iter()).all(|(left, right)| match (left, right) {
         (Projection::Index(IndexKey::Each | IndexKey::Slice(_)), Projection::Index(_)) => true,
         (Projection::Index(IndexKey::EachIn(section)), Projection::Index(IndexKey::Number(number))) => {
             section.is_chunk() || section.has(*number).unwrap_or(section.is_taken())
@@ -249,12 +250,11 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
         (Projection::Index(IndexKey::EachIn(section)), Projection::Index(_)) if section.is_chunk() => true,
         (left, right) => left == right,
     });
-    let mut rest = name.steps[source.steps.len()..].to_vec();
+    let rest = &name.steps[source.steps.len()..];
     // Which element of a chunk it is, is not known.
-    if matches!(source.steps.last(), Some(Projection::Index(IndexKey::Slice(_)))) {
-        rest.insert(0, Projection::Index(IndexKey::Each));
-    }
-    matches.then_some(rest)
+    let is_chunk = matches!(source.steps.last(), Some(Projection::Index(IndexKey::Slice(_))));
+    let element = is_chunk.then_some(Projection::Index(IndexKey::Each));
+    matches.then(|| element.into_iter().chain(rest.iter().cloned()).collect())
 }
 
 /// Whether a loop runs over elements among which the instance may be or not.
@@ -291,7 +291,7 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &LoopInfo, instance: &Pl
         };
         root.base == instance.base
             && root.steps.len() < instance.steps.len()
-            && root.steps.iter().zip(&instance.steps).all(is_same)
+            && root.steps.iter().zip(instance.steps.iter()).all(is_same)
             && instance.steps[root.steps.len()].key().is_some()
     })
 }
@@ -382,7 +382,7 @@ fn reach_of_count(
 /// The part of the collection that a loop runs over, where the instance stands for each element of the whole.
 fn section_of(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> Option<Section> {
     let section = |root: &Place| {
-        let mut keys = root.steps.iter().zip(&instance.steps).map(|(step, own)| (step.key(), own.key()));
+        let mut keys = root.steps.iter().zip(instance.steps.iter()).map(|(step, own)| (step.key(), own.key()));
         keys.find_map(|(key, own)| match (key, own) {
             (Some(IndexKey::EachIn(section)), Some(IndexKey::Each)) if !section.is_chunk() => Some(section.clone()),
             _ => None,

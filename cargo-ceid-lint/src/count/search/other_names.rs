@@ -8,7 +8,7 @@ use super::{End, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::declared::declared_ty;
 use crate::count::instances::{may_hold_filter, place_ty};
-use crate::flow::{Base, Cause, ControlFlowGraph, Effect, NodeId, Place, Projection, SubjectId, Var};
+use crate::flow::{Base, Cause, ControlFlowGraph, Effect, NodeId, Place, Projection, Steps, SubjectId, Var};
 use crate::index::{Index, Ty, TypeId, ValueId};
 
 /// Which subjects may be others behind a node, because something there may write their cells by another name, and why.
@@ -28,7 +28,7 @@ struct OnWay {
     /// The type of what it holds.
     content: Ty,
     /// What of that the place is.
-    rest: Vec<Projection>,
+    rest: Steps,
     home: Home,
     /// Whether others may have a reference to it.
     is_shared: bool,
@@ -37,7 +37,7 @@ struct OnWay {
 impl OnWay {
     /// The cell on the way to a place, if there is one.
     fn to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Self> {
-        let prefix = |length: usize| Place { base: place.base, steps: place.steps[..length].to_vec() };
+        let prefix = |length: usize| place.up_to(length);
         let is_own = place.base_var().is_some_and(|var| graph.cells.own.contains(&var));
         let mut is_shared = place.base_var().is_none_or(|var| graph.cells.lent.contains(&var));
         for length in 0..=place.steps.len() {
@@ -65,7 +65,7 @@ impl OnWay {
                                 },
                                 _ => Home::Anywhere,
                             };
-                            let rest = place.steps[length..].to_vec();
+                            let rest: Steps = place.steps[length..].into();
                             // Of a filter it is only asked whether it is there.
                             if rest.is_empty() && may_hold_filter(index, content) {
                                 return None;
@@ -89,7 +89,7 @@ impl OnWay {
 
     /// Whether what is written to one cell may be what is read of another.
     fn may_be(&self, written: &Self) -> bool {
-        let is_part = self.rest.iter().zip(&written.rest).all(|(own, other)| own == other);
+        let is_part = self.rest.iter().zip(written.rest.iter()).all(|(own, other)| own == other);
         let is_one = match (&self.home, &written.home) {
             (Home::Anywhere, _) => written.is_shared,
             (_, Home::Anywhere) => self.is_shared,

@@ -338,46 +338,6 @@ impl<'s, 'a> Run<'s, 'a> {
         })
     }
 
-    pub(super) fn relations(&self, state: &State, place: &Place) -> Vec<Relation> {
-        let names = self.names.get(state.names);
-        let relate = |name: &Place| match self.search.counts_behind(place, name) {
-            true => Relation::Apart,
-            false => place.relate(name, &|var| self.number(state, var)),
-        };
-        names.iter().map(relate).collect()
-    }
-
-    /// As [`Self::relations`], where an element that stands for each is the one that the instance is.
-    pub(super) fn relations_to_each(&self, state: &State, place: &Place) -> Vec<Relation> {
-        if !place.stands_for_several() {
-            return self.relations(state, place);
-        }
-        let names = self.names.get(state.names);
-        let own = |name: &Place| {
-            if name.base != place.base {
-                return Relation::Apart;
-            }
-            let (mut place, mut name) = (place.clone(), name.clone());
-            for (step, of_name) in place.steps.iter_mut().zip(&mut name.steps) {
-                let is_own = match (step.key(), of_name.key()) {
-                    (Some(IndexKey::Each), Some(_)) => {
-                        of_name.clone_from(step);
-                        false
-                    }
-                    (Some(IndexKey::EachIn(section)), Some(IndexKey::Number(number))) => {
-                        section.is_written_with(*number)
-                    }
-                    _ => false,
-                };
-                if is_own {
-                    step.clone_from(of_name);
-                }
-            }
-            place.relate(&name, &|var| self.number(state, var))
-        };
-        names.iter().map(own).collect()
-    }
-
     fn holds(&self, state: &State, place: &Place) -> bool {
         self.relations(state, place).iter().any(|relation| matches!(relation, Relation::Holds(_)))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Builder, Value};
-use crate::flow::{Place, Projection};
+use crate::flow::{Place, Projection, Steps};
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
@@ -15,7 +15,7 @@ const MAX_DEREFS: usize = 4;
 /// What a `deref` hands out.
 struct DerefPath {
     /// The way from `self`.
-    steps: Vec<Projection>,
+    steps: Steps,
     /// Whether it does nothing else.
     is_all: bool,
 }
@@ -140,7 +140,7 @@ impl Builder<'_> {
 }
 
 /// The way from `self` to a field, through references; `None` if an expression is something else.
-pub(super) fn field_steps(body: &Body, id: ExprId) -> Option<Vec<Projection>> {
+pub(super) fn field_steps(body: &Body, id: ExprId) -> Option<Steps> {
     let mut steps = Vec::new();
     let mut at = id;
     loop {
@@ -155,5 +155,5 @@ pub(super) fn field_steps(body: &Body, id: ExprId) -> Option<Vec<Projection>> {
         }
     }
     steps.reverse();
-    Some(steps)
+    Some(steps.into())
 }

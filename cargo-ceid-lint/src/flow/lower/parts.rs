@@ -2,7 +2,7 @@
 //! part is asked of what the literal was given for it.
 
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, Head, Node, Place, Projection, Transfer, Var};
+use crate::flow::{Assignment, Effect, Head, Node, Place, Projection, Steps, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -11,7 +11,7 @@ use crate::syntax::tree::ExprId;
 const MAX_PARTS: usize = 16;
 
 /// The steps to a state in what a literal has made, and its head where that is constant.
-pub(super) type StatePart = (Vec<Projection>, Option<Head>);
+pub(super) type StatePart = (Steps, Option<Head>);
 
 impl Builder<'_> {
     /// A part of what a literal makes is a state that is known here, or a value with such parts.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Builder;
 use super::closures::ClosureRef;
 use super::received::received_by;
-use crate::flow::{Computed, Place, Projection, Var};
+use crate::flow::{Computed, Place, Var};
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
 use crate::types::{Callee, LocalId, TypedBody, is_lock};
@@ -209,7 +209,7 @@ impl Builder<'_> {
                 && let ExprKind::Field { name, .. } = &frame.body.expr(*user).kind
                 && self.program.index.field_ty(frame.typed.ty(at).peel(), None, name).is_some()
             {
-                place.steps.push(Projection::Field(name.as_str().into()));
+                place = place.field(name);
                 at = *user;
             }
             let ty = frame.typed.ty(at);

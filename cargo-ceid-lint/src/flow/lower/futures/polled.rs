@@ -106,7 +106,7 @@ impl Builder<'_> {
     fn ty_of_future(&self, value: &Value) -> Option<Ty> {
         let place = value.place.as_ref()?;
         let mut ty = self.graph.var(place.base_var()?).ty.clone();
-        for step in &place.steps {
+        for step in place.steps.iter() {
             let Projection::Field(name) = step else { return None };
             ty = match future_behind(&ty) {
                 Ty::Tuple(parts) => parts.get(name.parse::<usize>().ok()?)?.clone(),

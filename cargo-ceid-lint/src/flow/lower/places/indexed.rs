@@ -3,7 +3,7 @@
 use super::super::derefs::field_steps;
 use super::super::sources::is_map;
 use super::super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place, Projection};
+use crate::flow::{Cause, Effect, Place, Steps};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind};
 use crate::types::{Indexed, TypedBody};
@@ -62,13 +62,13 @@ impl Builder<'_> {
     }
 
     /// The way from `self` to the collection of which `[]` hands out the element of that number.
-    fn steps_to_collection(&self, own: &Indexed) -> Option<Vec<Projection>> {
+    fn steps_to_collection(&self, own: &Indexed) -> Option<Steps> {
         let mut all = own.targets.iter().map(|target| self.steps_to_own(*target));
-        let Some(first) = all.next() else { return Some(Vec::new()) };
+        let Some(first) = all.next() else { return Some(Steps::default()) };
         first.filter(|first| all.all(|steps| steps.as_ref() == Some(first)))
     }
 
-    fn steps_to_own(&self, function: FunctionId) -> Option<Vec<Projection>> {
+    fn steps_to_own(&self, function: FunctionId) -> Option<Steps> {
         let body = self.program.index.function(function).function.body.as_ref()?;
         let typed = self.program.typed(function)?;
         let mut at = body.root;
