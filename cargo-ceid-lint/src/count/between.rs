@@ -55,10 +55,7 @@ impl Between {
             !def.is_test && !index.crate_of(def.module).is_test
         };
         for graph in graphs.iter().flatten().filter(is_looked_at) {
-            let is_cycle = |id: &LoopId| {
-                let info = graph.loop_info(*id);
-                info.rounds == Rounds::Unbounded && info.goes_round && !info.drains
-            };
+            let is_cycle = |id: &LoopId| graph.loop_info(*id).may_be_cycle();
             let loops = (0u32..).take(graph.loops.len()).map(LoopId).filter(is_cycle).map(Some);
             for region in loops.chain(is_run_as_cycle(program, graph.function).then_some(None)) {
                 found.add(index, graphs, graph, region, &with_rounds);

@@ -4,7 +4,7 @@
 use super::called_place::CalledPlace;
 use super::counts::Count;
 use super::search::{Region, Search};
-use crate::flow::{Effect, NodeId, Rounds};
+use crate::flow::{Effect, NodeId};
 
 /// Whether a function updates the instance in nothing but such loops: its own, or those of what it calls.
 pub(super) fn runs(search: &Search<'_>) -> bool {
@@ -21,10 +21,7 @@ pub(super) fn are_called(search: &Search<'_>, region: Region) -> bool {
 
 /// Whether a node lies in a loop that goes round until something in it ends it.
 fn is_in_cycle(search: &Search<'_>, node: NodeId) -> bool {
-    search.graph.loops_around(node).any(|id| {
-        let info = search.graph.loop_info(id);
-        info.rounds == Rounds::Unbounded && info.goes_round && !info.drains && !search.covers(id)
-    })
+    search.graph.loops_around(node).any(|id| search.graph.loop_info(id).may_be_cycle() && !search.covers(id))
 }
 
 /// Whether a node calls a function that updates the instance in nothing but such loops.

@@ -181,6 +181,12 @@ impl LoopInfo {
         }
     }
 
+    /// Whether it goes round until something in it ends it, and does not only empty a queue.
+    #[must_use]
+    pub fn may_be_cycle(&self) -> bool {
+        self.rounds == Rounds::Unbounded && self.goes_round && !self.drains
+    }
+
     /// Whether it counts to a constant that each type or build has its own of: `for _ in 0..C::ROUNDS`.
     #[must_use]
     pub fn has_untold_rounds(&self) -> bool {

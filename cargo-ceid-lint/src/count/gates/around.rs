@@ -23,10 +23,7 @@ impl Gates<'_, '_> {
         if self.is_of_element {
             return Vec::new();
         }
-        let is_cycle = |id: &LoopId| {
-            let info = graph.loop_info(*id);
-            info.rounds == Rounds::Unbounded && info.goes_round && !info.drains
-        };
+        let is_cycle = |id: &LoopId| graph.loop_info(*id).may_be_cycle();
         let loops = std::iter::successors(graph.loop_info(own).parent, |id| graph.loop_info(*id).parent);
         let mut regions: Vec<Region> = loops.filter(is_cycle).map(Region::Loop).collect();
         if regions.is_empty() && is_run_as_cycle(search.program, graph.function) {

@@ -55,9 +55,8 @@ impl Gates<'_, '_> {
             let way = if is_only { Way { left_at: way.left_at, ..own } } else { own };
             // A filter on the sample itself lets pass what is one.
             let is_of_sample = || {
-                // A function that fills what it is lent has its reasons to fail.
-                let fails_to_fill = || !test.about.lent.is_empty() && self.is_read_in_place(branch);
-                (self.asks_only_sample(origin) || fails_to_fill()) && self.lacks_sample(test, at, &way)
+                // A function has its reasons to give none, or not to fill what it is lent.
+                (self.asks_only_sample(origin) || self.is_read_in_place(branch)) && self.lacks_sample(test, at, &way)
             };
             let gate = self.of_condition(origin, branch, &way, origins + 1);
             let gate = gate.or_else(|| is_of_sample().then_some(Gate::Sample));

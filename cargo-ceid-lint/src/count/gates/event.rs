@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Gates, Way, contains_any};
+use super::{Gates, contains_any};
 use crate::count::instances::inner;
 use crate::count::search::Region;
 use crate::flow::{
@@ -103,10 +103,11 @@ impl Gates<'_, '_> {
         if test.about.is_presence && !is_choice {
             return false;
         }
-        // `if let Event::Tick = rx.recv()?`
+        // `if let Event::Tick = rx.recv()?`, `match queue.pop_front() { Some(Event::Tick) => …, … }`
         let brings =
             |name: &String| is_receiving(name) || is_choice && (is_receiving_something(name) || is_waiting(name));
-        if test.about.is_presence && test.about.names.iter().any(brings) {
+        let is_kind = test.about.is_choice() && !test.about.is_event;
+        if (test.about.is_presence || is_kind) && test.about.names.iter().any(brings) {
             return true;
         }
         test.about.asks_received()
@@ -182,37 +183,6 @@ impl Gates<'_, '_> {
         let about = &test.about;
         about.is_choice()
             || (!about.is_presence && (about.is_comparison || compares_answer(test) || self.asks_kind(test)))
-    }
-
-    /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
-    /// event, unless what it gives says nothing but that it is time.
-    pub(super) fn is_absent(&self, test: &Test, at: NodeId, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let is_presence =
-            |asked: &Test| asked.about.is_event && asked.about.names == test.about.names && asked.about.asks_presence();
-        let is_some = |asked: &Test| asked.about.heads.iter().all(|head| head == "+");
-        let carries = self.nodes().any(|id| match &graph.node(id).effect {
-            Effect::Branch(asked) => is_presence(asked) && is_some(asked) && !asked.about.binds.is_empty(),
-            _ => false,
-        });
-        let asks_at = way.nodes.iter().position(|node| *node == at).unwrap_or_default();
-        let decided = way.nodes[..=asks_at].iter().rev().find_map(|id| match &graph.node(*id).effect {
-            Effect::Branch(asked) if is_presence(asked) => {
-                Some(is_some(asked) == (way.after(*id) == graph.node(*id).next.first().copied()))
-            }
-            _ => None,
-        });
-        carries && decided == Some(false)
-    }
-
-    /// Whether the update runs where nothing came, and a way goes past it because something did. What comes within a time is another
-    /// event than that the time is up.
-    pub(super) fn waits_for_none(&self, test: &Test, at: NodeId, way: &Way) -> bool {
-        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
-        let about = &test.about;
-        about.asks_presence()
-            && about.heads.iter().all(|head| (head == "+") == holds)
-            && about.names.iter().any(|name| name.starts_with("try_") && is_receiving(name))
     }
 
     /// Whether a number is asked that came with something in this iteration: `for msg in receiver { if msg.seq % 4 == 0 { … } }`.

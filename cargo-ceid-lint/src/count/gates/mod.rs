@@ -1,5 +1,6 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod absent;
 mod arms;
 mod around;
 mod by_laws;
@@ -287,6 +288,9 @@ impl<'s, 'a> Gates<'s, 'a> {
                 return Some(Gate::Event);
             }
         }
+        if self.awaits_kind(test, at, way) {
+            return Some(Gate::Event);
+        }
         let is_kept = self.is_kept_flag(test);
         let is_remainder = about.is_remainder || self.asks_held_remainder(test, false);
         if about.is_remainder && self.asks_part_of_received(test) {
@@ -440,13 +444,6 @@ impl<'s, 'a> Gates<'s, 'a> {
         let graph = self.search.graph;
         let Region::Loop(own) = self.region else { return false };
         graph.loop_info(own).is_foreign && self.is_read_in_place(at)
-    }
-
-    /// Whether a node belongs to another function that is read where it is called.
-    fn is_read_in_place(&self, at: NodeId) -> bool {
-        let graph = self.search.graph;
-        let body = self.search.program.index.function(graph.function).function.body.as_ref();
-        body.is_some_and(|body| !body.expr(body.root).span.contains(graph.node(at).span))
     }
 
     fn is_instance(&self, place: &Place) -> bool {

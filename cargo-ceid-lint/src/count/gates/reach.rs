@@ -35,4 +35,11 @@ impl Gates<'_, '_> {
             }
         })
     }
+
+    /// Whether a node belongs to another function that is read where it is called.
+    pub(super) fn is_read_in_place(&self, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let body = self.search.program.index.function(graph.function).function.body.as_ref();
+        body.is_some_and(|body| !body.expr(body.root).span.contains(graph.node(at).span))
+    }
 }
