@@ -395,6 +395,18 @@ fn counted_part(
     }
 }
 
+/// The elements that a place stands for whose number a loop counts, where its rounds leave some of the array's elements out.
+pub(super) fn counted_elements(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
+    let counted = place.steps.iter().enumerate().find_map(|(at, step)| {
+        let IndexKey::Var(var) = step.key()? else { return None };
+        let keys = counted_part(index, graph, &place.up_to(at), *var);
+        (!keys.is_empty()).then_some((at, step, keys))
+    });
+    let Some((at, step, keys)) = counted else { return vec![place.clone()] };
+    let (before, rest) = (place.up_to(at), &place.steps[at + 1..]);
+    keys.into_iter().map(|key| before.join(&[step.with_key(key)]).join(rest)).collect()
+}
+
 /// Elements of collections: where some are named by a constant, each of them is an instance; otherwise they are one.
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
     let mut settled = places.clone();

@@ -9,7 +9,6 @@ use super::answering::Answering;
 use super::answers::{Answers, answers};
 use super::between::Between;
 use super::bottom_up::{most_states, too_many_ways};
-use super::chosen_resets;
 use super::chosen_returns::{self, Borrow, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
@@ -19,7 +18,7 @@ use super::given::{
     note_unknown, place_of, steps_at, with_wholes,
 };
 use super::given_heads::{self, GivenHeads};
-use super::instances::{holds_filter_at, is_generic, is_of_any_type, replaces_generic};
+use super::instances::{counted_elements, holds_filter_at, is_generic, is_of_any_type, replaces_generic};
 use super::only_with;
 use super::outcome::Outcome;
 use super::own_cycles;
@@ -30,7 +29,7 @@ use super::slice::ControlDependence;
 use super::stand_ins;
 use super::turns;
 use super::uneven;
-use super::{carried_over, handed, kept, moves, referred};
+use super::{carried_over, chosen_resets, handed, kept, moves, referred};
 use crate::flow::{
     CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Steps, Transfer, Var,
 };
@@ -228,7 +227,8 @@ impl Summaries {
             super::alters::note_number(program.index, graph, &aliases, id, &mut summary.writes);
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
-                    note(graph, &aliases, &update.place, &mut touched);
+                    let places = counted_elements(program.index, graph, &update.place);
+                    places.iter().for_each(|place| note(graph, &aliases, place, &mut touched));
                 }
                 Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
