@@ -69,7 +69,7 @@ fn analyse_with(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], answ
         let kind = function_kind(program, judged[at], &summaries, &called);
         function_facts(program, judged[at], &summaries, kind, &in_cycle)
     });
-    let fields = updated_fields(program.index, &facts, &in_cycle, graphs);
+    let fields = updated_fields(program, &facts, &in_cycle, graphs);
     let anywhere = touched_fields(program.index, &facts);
     let statics = touched_statics(&summaries, &facts);
     let lent = Lent::of(program.index, &summaries, &facts);

@@ -9,7 +9,7 @@ use super::cycles::Instance;
 use super::functions::{FunctionKind, called_while_made};
 use super::instances::{inner, is_lent, place_ty};
 use super::summary::Summaries;
-use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId, ValueId};
 
 /// A field of a type, or a field of a field.
@@ -132,11 +132,12 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
 
 /// The fields of types that some cycle updates, with the halves of the law.
 pub(super) fn updated_fields(
-    index: &Index,
+    program: &Program<'_>,
     facts: &[FunctionFacts<'_>],
     in_cycle: &BTreeSet<FunctionId>,
     graphs: &[Option<ControlFlowGraph>],
 ) -> Fields {
+    let index = program.index;
     let mut found = Fields::default();
     let (recursive, while_made) = (recursive(graphs), called_while_made(index, graphs));
     let sites = call_sites(index, facts);
@@ -148,7 +149,10 @@ pub(super) fn updated_fields(
                 !recursive.contains(&function.graph.function) && is_named_by_callers(index, function, instance, &sites)
             };
             let is_helped = || whole && instance.is_updated && !is_callers();
-            let is_users = instance.is_updated && while_made.contains(&function.graph.function);
+            // What is handed to a framework by its name, as the systems of a schedule are, may be called in each cycle of that.
+            let id = function.graph.function;
+            let is_listed = || program.callables.is_listed(index.origin(id));
+            let is_users = instance.is_updated && (while_made.contains(&id) || is_listed());
             if instance.function || !instance.loops.is_empty() || is_users || is_helped() {
                 found.add(index, function.graph, &instance.place, instance.law);
             }
