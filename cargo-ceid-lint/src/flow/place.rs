@@ -306,6 +306,13 @@ impl Place {
         }
     }
 
+    /// The number of which this is a bit, if it is one.
+    #[must_use]
+    pub fn number_of_bit(&self) -> Option<Self> {
+        let number = self.up_to(self.steps.len().checked_sub(1)?);
+        self.bit_of(&number).map(|_| number)
+    }
+
     /// Whether some step stands for each element of a collection.
     #[must_use]
     pub fn stands_for_each(&self) -> bool {

@@ -352,10 +352,8 @@ impl Gates<'_, '_> {
 
     /// Whether another variant keeps a copy of the filter, which comes back from there.
     fn is_kept_in_variant(&self) -> bool {
-        let copies = std::cell::OnceCell::new();
         let is_kept = |(owner, variant): (Place, &str)| {
-            let copies = copies.get_or_init(|| self.search.copies(self.region));
-            copies.iter().filter(|copy| copy.lies_at(&owner)).any(|copy| {
+            self.search.copies(self.region).iter().filter(|copy| copy.lies_at(&owner)).any(|copy| {
                 matches!(copy.steps.get(owner.steps.len()), Some(Projection::Field(other)) if **other != *variant)
             })
         };

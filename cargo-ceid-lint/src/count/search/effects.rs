@@ -337,7 +337,7 @@ impl Run<'_, '_> {
             if let Some(cause) = chosen {
                 next.unknown = Some(self.cause(&cause));
             }
-            next.reset = (state.reset || replaced) && !self.is_carried_over(set);
+            next.reset = (state.reset || replaced) && !self.search.is_carried_over(self.region, set);
             if replaced && self.is_ahead(&next) {
                 next.unknown = Some(self.made_of_next());
             } else if replaced

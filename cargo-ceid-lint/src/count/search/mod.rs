@@ -135,6 +135,8 @@ pub(super) struct Search<'a> {
     states: Cell<usize>,
     /// See [`Self::resets_in_pauses`]: several ways ask it of one mode.
     pauses: RefCell<FxHashMap<(Region, Mode), bool>>,
+    /// Where the instance or a copy of it may lie, by the regions for which it was asked.
+    copies: RefCell<FxHashMap<Region, std::rc::Rc<BTreeSet<Place>>>>,
     /// Whether a search for what a mode resets came to no end.
     gave_up: Cell<bool>,
 }
@@ -171,6 +173,7 @@ impl<'a> Search<'a> {
             feeding: RefCell::default(),
             states: Cell::new(0),
             pauses: RefCell::default(),
+            copies: RefCell::default(),
             gave_up: Cell::new(false),
         };
         search.sample_loops = search.own_cycles();
@@ -193,16 +196,6 @@ impl<'a> Search<'a> {
     pub(super) fn only_behind(&mut self, ty: &Ty) {
         self.is_one_of_many = self.behind.len() > 1;
         self.behind = vec![ty.clone()];
-    }
-
-    /// Whether a branch decides that a node is reached.
-    pub(super) fn decides(&self, branch: NodeId, node: NodeId) -> bool {
-        self.dependence.of_node(node).contains(&branch.0)
-    }
-
-    /// The nodes that a node follows.
-    pub(super) fn before(&self, node: NodeId) -> &[NodeId] {
-        self.dependence.before(node)
     }
 
     /// Whether a loop visits each element once, the instance among them.

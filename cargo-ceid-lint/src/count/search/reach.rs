@@ -14,6 +14,16 @@ impl Region {
 }
 
 impl Search<'_> {
+    /// Whether a branch decides that a node is reached.
+    pub(in crate::count) fn decides(&self, branch: NodeId, node: NodeId) -> bool {
+        self.dependence.of_node(node).contains(&branch.0)
+    }
+
+    /// The nodes that a node follows.
+    pub(in crate::count) fn before(&self, node: NodeId) -> &[NodeId] {
+        self.dependence.before(node)
+    }
+
     /// Whether a place is there before and after an iteration.
     pub(in crate::count) fn outlives(&self, region: Region, place: &Place) -> bool {
         let graph = self.graph;

@@ -56,8 +56,6 @@ pub(super) struct Run<'s, 'a> {
     pub(super) of_caller: Vec<super::shared::OfCaller>,
     /// What each state asks for that comes by.
     pub(super) recurring: super::recurring::Recurring,
-    /// Where the instance may lie besides, if it was asked.
-    pub(super) copies_of: std::cell::OnceCell<BTreeSet<Place>>,
     /// The states of the element that the instance is or lies in, which several branches ask for by names of their own.
     pub(super) of_element: Vec<super::known::OfElement>,
 }
@@ -89,7 +87,6 @@ impl<'s, 'a> Run<'s, 'a> {
             reduced: FxHashMap::default(),
             of_caller: Vec::new(),
             recurring: super::recurring::Recurring::default(),
-            copies_of: std::cell::OnceCell::new(),
             of_element: search.of_element(region),
         }
     }

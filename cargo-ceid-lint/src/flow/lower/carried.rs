@@ -4,7 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// The first argument of a consumer's closure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,12 +41,8 @@ impl Builder<'_> {
     pub(super) fn derive_begun(&mut self, consumer: ExprId, closure: ClosureRef) {
         let ExprKind::MethodCall { args, .. } = &self.body().expr(consumer).kind else { return };
         let ([first, _], frame) = (args.as_slice(), &self.frames[closure.frame]) else { return };
-        let ExprKind::Closure(code) = &frame.body.expr(closure.expr).kind else { return };
-        let Some((PatKind::Bind { .. }, pat)) = code.params.first().map(|(pat, _)| (&frame.body.pat(*pat).kind, *pat))
-        else {
-            return;
-        };
-        let var = frame.typed.pat_local.get(&pat).and_then(|local| frame.vars.get(local)).copied();
+        let bound = self.param_of(closure).and_then(|pat| frame.typed.pat_local.get(&pat));
+        let var = bound.and_then(|local| frame.vars.get(local)).copied();
         self.derive(var.as_slice(), *first);
     }
 

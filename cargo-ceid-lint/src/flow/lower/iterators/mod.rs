@@ -1056,7 +1056,7 @@ impl Builder<'_> {
     }
 
     /// The pattern of a closure's first parameter.
-    fn param_of(&self, closure: ClosureRef) -> Option<PatId> {
+    pub(in crate::flow::lower) fn param_of(&self, closure: ClosureRef) -> Option<PatId> {
         match &self.frames[closure.frame].body.expr(closure.expr).kind {
             ExprKind::Closure(code) => code.params.first().map(|(pat, _)| *pat),
             _ => None,
