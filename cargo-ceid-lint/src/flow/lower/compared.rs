@@ -4,13 +4,17 @@ use super::Builder;
 use super::conditions::Compared;
 use super::orders::{ORDERS as NUMBER_ORDERS, orders_asked};
 use super::subjects::Pure;
-use crate::flow::{Head, NodeId};
+use crate::flow::{AskedNumber, Head, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Callee;
 
 /// The operators that methods of numbers stand for.
 const METHODS: &[(&str, &str)] = &[("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq", "=="), ("ne", "!=")];
+
+/// Operators of comparison, each with the one that asks the same with its sides exchanged, and the one that asks the opposite.
+const OPERATORS: &[[&str; 3]] =
+    &[["==", "==", "!="], ["!=", "!=", "=="], ["<", ">", ">="], [">", "<", "<="], ["<=", ">=", ">"], [">=", "<=", "<"]];
 
 /// How two values may stand to each other.
 const ORDERS: [&str; 3] = ["Less", "Equal", "Greater"];
@@ -111,6 +115,21 @@ impl Builder<'_> {
         let key = format!("({variant}{} {symbol} {})", left.key, right.key);
         let total = Some(vec!["true".to_owned(), "false".to_owned()]);
         (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
+    }
+
+    /// The number that a place is compared with; `is_turned` if what holds on the first edge is the opposite.
+    pub(super) fn number_asked(&mut self, op: &str, sides: [ExprId; 2], is_turned: bool) -> Option<AskedNumber> {
+        let [left, right] = sides.map(|side| self.constants().asked_number(side));
+        let (asked, number, is_mirrored) = match (left, right) {
+            (None, Some(number)) => (sides[0], number, false),
+            (Some(number), None) => (sides[1], number, true),
+            _ => return None,
+        };
+        let of = self.pure(asked).and_then(|pure| pure.whole).filter(|_| *self.ty(asked).peel() == Ty::Int)?;
+        let number = format!("{number}").parse().ok()?;
+        let op = OPERATORS.iter().find(|own| own[0] == op)?;
+        let op = OPERATORS.iter().find(|own| own[0] == op[usize::from(is_mirrored)])?;
+        Some(AskedNumber { of, op: op[if is_turned { 2 } else { 0 }], number })
     }
 
     /// The numbers of which a call tells how they stand to each other: `a.cmp(&b)`.

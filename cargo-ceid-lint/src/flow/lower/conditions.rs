@@ -346,7 +346,8 @@ impl Builder<'_> {
         }
         let (yes, failed) = match subject {
             Some((pure, total)) => {
-                let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
+                let number = self.number_asked(op, [lhs, rhs], negated).map(Box::new);
+                let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, number, ..about };
                 let variants = self.told_variants(&pure, total.as_deref());
                 let subject = self.subject(pure, total);
                 for head in heads.iter().chain(&variants) {
