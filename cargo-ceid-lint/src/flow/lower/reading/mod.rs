@@ -268,7 +268,8 @@ fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
         _ if is_value(own, receiver) => reads,
         // The clock is asked as well how much time has passed since.
         ty if ty.external_name().is_some_and(is_number_type) => {
-            !matches!(method, "elapsed" | "now") && !method.ends_with("_mut")
+            let asks_clock = ["elapsed", "now", "past", "recent", "expired"].iter().any(|word| method.contains(word));
+            !asks_clock && !method.ends_with("_mut")
         }
         // An iterator that was just made is used up by nothing else.
         _ => match &own.body.expr(receiver).kind {
