@@ -304,7 +304,8 @@ fn other_rate(search: &Search<'_>, region: Region, test: &Test) -> Option<String
         return None;
     };
     let numbers = || test.about.numbers.iter().copied().find(|number| *number > 0);
-    let found = test.about.ratio.or_else(numbers).filter(|found| *found != claimed)?;
+    let found =
+        test.about.ratio.or_else(|| search.period(region, test)).or_else(numbers).filter(|found| *found != claimed)?;
     Some(format!("{OTHER_RATE}{found} cycles, and `every({claimed})` claims one of {claimed}"))
 }
 

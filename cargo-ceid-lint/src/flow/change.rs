@@ -60,7 +60,8 @@ impl Tally {
     }
 
     /// The number behind one; nothing if that is less than zero.
-    fn next(&self, number: u64) -> Option<u64> {
+    #[must_use]
+    pub fn next(&self, number: u64) -> Option<u64> {
         match (self.up, self.around) {
             (true, Some(around)) => number.checked_add(self.step).map(|next| next % around),
             (true, None) => {

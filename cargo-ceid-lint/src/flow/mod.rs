@@ -49,7 +49,7 @@ pub use sizes::{AskedLength, LengthBound, Resized};
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
 pub use strides::{SampleRead, SampleWrite};
-pub use test::{About, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
+pub use test::{About, AskedNumber, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
 pub use unrun::{Unrun, UnrunKind};
 pub use waits::{Wait, WaitKind};
 

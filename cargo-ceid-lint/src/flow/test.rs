@@ -152,6 +152,32 @@ pub struct Test {
     pub about: About,
 }
 
+/// A comparison with a number: `ticks >= 10`.
+#[derive(Clone, Debug)]
+pub struct AskedNumber {
+    /// What is compared.
+    pub of: Place,
+    /// The operator, with that on its left, of what holds on the first edge.
+    pub op: &'static str,
+    /// The number on its right.
+    pub number: u64,
+}
+
+impl AskedNumber {
+    /// Whether it holds for a number.
+    #[must_use]
+    pub fn holds(&self, number: u64) -> bool {
+        match self.op {
+            "==" => number == self.number,
+            "!=" => number != self.number,
+            "<" => number < self.number,
+            "<=" => number <= self.number,
+            ">" => number > self.number,
+            _ => number >= self.number,
+        }
+    }
+}
+
 /// What a test is about, for telling gates.
 #[derive(Clone, Debug, Default)]
 pub struct About {
@@ -167,6 +193,8 @@ pub struct About {
     pub is_comparison: bool,
     /// The places that it compares so, on the left and on the right.
     pub compared: [Option<Place>; 2],
+    /// The number that it compares a place with, if it asks for nothing else.
+    pub number: Option<Box<AskedNumber>>,
     /// Whether an operator with two operands is in it.
     pub is_combined: bool,
     /// Whether it contains `%` or `is_multiple_of`.

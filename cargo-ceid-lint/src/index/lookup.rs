@@ -42,6 +42,10 @@ impl MethodOwner {
     }
 }
 
+/// Traits of numbers that floats have, and that ask for no whole order.
+const FLOATING: &[&str] =
+    &["Float", "FloatCore", "Real", "RealField", "Num", "NumCast", "NumOps", "NumAssign", "Zero", "One", "Signed"];
+
 impl Index {
     /// Resolves the types and traits of all impls.
     pub(super) fn link(&mut self) {
@@ -219,6 +223,30 @@ impl Index {
                     TraitName::External(_) => false,
                 }
         })
+    }
+
+    /// Whether two values of a type that is known by its bounds only may stand to each other in no order: what is only `PartialOrd` may
+    /// be a float.
+    #[must_use]
+    pub fn may_lack_order(&self, bounds: &[TraitRef]) -> bool {
+        let names = bounds.iter().flat_map(|bound| {
+            let implied = match bound.name {
+                TraitName::Local(id) => Some(&self.implied[id.0 as usize]),
+                TraitName::External(_) => None,
+            };
+            implied.into_iter().flatten().chain([&bound.name])
+        });
+        let paths: Vec<&str> = names
+            .filter_map(|name| match name {
+                TraitName::External(path) => Some(path.as_str()),
+                TraitName::Local(_) => None,
+            })
+            .collect();
+        let is = |path: &str, names: &[&str]| names.contains(&path.rsplit("::").next().unwrap_or(path));
+        // Whether another trait that is not read asks for a whole order is not seen.
+        let may_order = |path: &&str| !path.starts_with("std::") && !is(path, FLOATING);
+        paths.iter().any(|path| is(path, &["PartialOrd"]) || is(path, FLOATING))
+            && !paths.iter().any(|path| is(path, &["Ord"]) || may_order(path))
     }
 
     /// The impls of the trait for a type parameter.

@@ -86,4 +86,12 @@ impl Index {
         };
         fields.iter().map(|field| self.lower(&field.ty, &scope)).collect()
     }
+
+    /// The same for a type whose parameters stand for something.
+    #[must_use]
+    pub fn fields_of(&self, ty: &Ty) -> Vec<Ty> {
+        let Ty::Adt(id, args) = ty else { return Vec::new() };
+        let args = super::ty::named_args(&self.type_def(*id).generics, args);
+        self.field_types(ty).iter().map(|field| field.substitute(&args)).collect()
+    }
 }

@@ -1,4 +1,4 @@
-//! What methods of numbers, characters and texts give back.
+//! What methods of numbers, characters, texts and lengths of time give back.
 
 use super::builtin;
 use crate::index::Ty;
@@ -23,6 +23,12 @@ pub(super) fn given_by(ty: &Ty, method: &str) -> Ty {
             _ => Ty::Unknown,
         },
         Ty::Char if method == "to_digit" => option(Ty::Int),
-        _ => Ty::Unknown,
+        _ => match (ty.external_name(), method) {
+            (Some("Duration"), "as_secs" | "as_millis" | "as_micros" | "as_nanos") => Ty::Int,
+            (Some("Duration"), "subsec_millis" | "subsec_micros" | "subsec_nanos") => Ty::Int,
+            (Some("Duration"), "is_zero") => Ty::Bool,
+            (Some(name), "get") if name.starts_with("NonZero") => Ty::Int,
+            _ => Ty::Unknown,
+        },
     }
 }

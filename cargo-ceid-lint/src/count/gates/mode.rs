@@ -153,24 +153,42 @@ impl Gates<'_, '_> {
         others.map(|(function, _)| function)
     }
 
-    /// Whether each update sets a number to what pauses, and nothing changes it in the pause: `if n >= 10 { n = 0; … }` where
-    /// nothing counts. That is a counter which was forgotten, not a state that is done with.
+    /// Whether each update sets a state to what pauses, and nothing changes it in the pause: `if n >= 10 { n = 0; … }` where nothing
+    /// counts, `if !primed { …; primed = true; }` where nothing takes it back. That is no state that is done with: one cycle updates,
+    /// and none after it.
     pub(super) fn pauses_for_good(&self, id: SubjectId, updating: u32) -> bool {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
+        let is_called = matches!(self.region, Region::Function);
         // What else a function is called for may count, and so may what shares a static.
-        let is_own = |place: &Place| place.base_var().is_some() && self.outlives(place);
-        if matches!(self.region, Region::Function)
-            || !subject.reads.iter().all(|place| self.is_number(place) && is_own(place))
-        {
+        let is_own = |place: &Place| {
+            let is_choice = || self.ty(place) == Some(Ty::Bool) || self.is_enum(place);
+            let is_state = if is_called { is_choice() } else { self.is_number(place) || is_choice() };
+            place.base_var().is_some() && self.outlives(place) && is_state
+        };
+        if !subject.reads.iter().all(is_own) {
             return false;
+        }
+        if is_called {
+            let Some(whole) = &subject.whole else { return false };
+            let pausing = subject.anything() & !updating;
+            if self.is_helper || self.taken_back_elsewhere(subject, whole, pausing) != TakenBack::Never {
+                return false;
+            }
         }
         let writers = self.search.writers_of(id);
         let pausing = self.reached_in_pause(id, updating);
         let is_behind_update = |node: &NodeId| {
-            let is_first = graph.node(*node).in_loop.is_none();
+            let is_first = !is_called && graph.node(*node).in_loop.is_none();
             let sets_back = || subject.reads.iter().any(|place| self.is_set_back(*node, place));
-            is_first || (self.is_inside(*node) && !pausing[node.0 as usize] && sets_back())
+            // What sets it so once more changes nothing.
+            let pauses_on = || match &graph.node(*node).effect {
+                Effect::Set(set) | Effect::Write(set) if Some(&set.place) == subject.whole.as_ref() => {
+                    set.head.as_ref().is_some_and(|head| subject.bit(head) & updating == 0)
+                }
+                _ => false,
+            };
+            is_first || self.is_inside(*node) && (pauses_on() || !pausing[node.0 as usize] && sets_back())
         };
         let stays = |node: NodeId, _: usize| !writers.contains(&node);
         let unchanged = self.reached(stays);

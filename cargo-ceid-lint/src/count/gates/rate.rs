@@ -463,6 +463,9 @@ impl Gates<'_, '_> {
         if let Some(own) = test.about.ratio {
             return own == ratio;
         }
+        if let Some(period) = self.search.period(self.region, test) {
+            return period == ratio;
+        }
         let known: Vec<u64> = test.about.numbers.iter().copied().filter(|number| *number > 0).collect();
         let is_exact = || test.about.reads.iter().any(|place| self.counts_from_zero(place, at));
         known.is_empty() || known.contains(&ratio) || known.iter().any(|number| number + 1 == ratio) && !is_exact()

@@ -20,6 +20,7 @@ mod names;
 mod one_update;
 mod order;
 mod other_names;
+mod period;
 mod pointed;
 mod presence;
 mod reach;

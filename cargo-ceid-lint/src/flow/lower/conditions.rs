@@ -1,6 +1,5 @@
 //! Conditions: `if`, `&&`, `||`, `!`, comparisons, patterns in conditions, each leaf a branch of its own.
 
-use super::orders::{ORDERS, orders_asked};
 use super::subjects::Pure;
 use super::values::Join;
 use super::{Builder, Value};
@@ -347,7 +346,8 @@ impl Builder<'_> {
         }
         let (yes, failed) = match subject {
             Some((pure, total)) => {
-                let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
+                let number = self.number_asked(op, [lhs, rhs], negated).map(Box::new);
+                let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, number, ..about };
                 let variants = self.told_variants(&pure, total.as_deref());
                 let subject = self.subject(pure, total);
                 for head in heads.iter().chain(&variants) {
@@ -370,56 +370,6 @@ impl Builder<'_> {
         }
         self.link(failed, no);
         self.resume(yes);
-    }
-
-    /// What a comparison asks about, in one spelling: `a != X` is `a == X` turned round, `a >= b` is `a < b` turned round.
-    fn compared(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> (Option<Compared>, Vec<Head>, bool) {
-        let negated = matches!(op, "!=" | ">=" | ">");
-        // Which variant two states are is asked of the states.
-        let told = self.told_variant(lhs).zip(self.told_variant(rhs)).filter(|_| matches!(op, "==" | "!="));
-        let (lhs, rhs) = told.unwrap_or((lhs, rhs));
-        if matches!(op, "==" | "!=") {
-            for (subject, constant) in [(lhs, rhs), (rhs, lhs)] {
-                if self.constants().is_exact(constant)
-                    && let Some(head) = self.constant_head(constant)
-                    && !matches!(self.body().expr(subject).kind, ExprKind::Literal(_))
-                    && let Some(pure) = self.pure(subject)
-                {
-                    let total = self.all_heads(subject);
-                    return (Some((pure, total)), vec![head], negated);
-                }
-            }
-        }
-        let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else {
-            return (None, Vec::new(), false);
-        };
-        let is_float = *self.ty(lhs) == Ty::Float || *self.ty(rhs) == Ty::Float;
-        if let Some(orders) = orders_asked(op).filter(|_| is_float) {
-            let key = format!("({} <=> {})", left.key, right.key);
-            let reads = [left.reads, right.reads].concat();
-            let to_heads = |orders: &[&str]| orders.iter().map(|order| (*order).to_owned()).collect();
-            return (Some((Pure { key, reads, whole: None }, Some(to_heads(&ORDERS)))), to_heads(orders), false);
-        }
-        let (symbol, negated) = match op {
-            "==" | "!=" => ("==", op == "!="),
-            ">=" => ("<", true),
-            ">" => ("<=", true),
-            other => (other, false),
-        };
-        if symbol == "==" && self.is_state(self.ty(lhs)) {
-            // What is known of one side is known of the other where they are equal.
-            for side in [&left, &right] {
-                if side.whole.is_some() {
-                    self.state_subject(side.clone(), lhs);
-                }
-            }
-        }
-        let mut reads = left.reads;
-        reads.extend(right.reads);
-        let variant = if told.is_some() { "the variant of " } else { "" };
-        let key = format!("({variant}{} {symbol} {})", left.key, right.key);
-        let total = Some(vec!["true".to_owned(), "false".to_owned()]);
-        (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
     }
 
     /// The value whose variant an expression tells: `mem::discriminant(&mode)`.

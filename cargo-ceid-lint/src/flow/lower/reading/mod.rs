@@ -86,6 +86,8 @@ const READING_VALUES: &[&str] = &[
     "values",
     "iter",
     "into_iter",
+    "first_key_value",
+    "last_key_value",
     "windows",
     "chunks",
     "chunks_exact",
@@ -111,6 +113,10 @@ const READING_VALUES: &[&str] = &[
     "to_uppercase",
     "to_string",
     "parse",
+    "splitn",
+    "rsplit",
+    "matches",
+    "is_char_boundary",
     // How two values stand to each other.
     "is_lt",
     "is_le",
@@ -118,6 +124,8 @@ const READING_VALUES: &[&str] = &[
     "is_ge",
     "is_eq",
     "is_ne",
+    "reverse",
+    "then_with",
 ];
 
 /// Methods of iterators, which change one that has a name.
@@ -154,8 +162,24 @@ const ITERATING: &[&str] = &[
 ];
 
 /// The functions of the standard library that compute a number from numbers, by what stands before their names.
-const COMPUTING: &[&str] =
-    &["f32", "f64", "u8", "u16", "u32", "u64", "usize", "i8", "i16", "i32", "i64", "isize", "cmp"];
+const COMPUTING: &[&str] = &[
+    "f32", "f64", "u8", "u16", "u32", "u64", "u128", "usize", "i8", "i16", "i32", "i64", "i128", "isize", "bool",
+    "char", "cmp",
+];
+
+/// Types that are nothing but a number, or a few: whatever they are asked, they stay the same.
+const NUMBERS: &[&str] = &[
+    "Duration",
+    "Instant",
+    "SystemTime",
+    "Wrapping",
+    "Saturating",
+    "IpAddr",
+    "Ipv4Addr",
+    "Ipv6Addr",
+    "SocketAddr",
+    "ErrorKind",
+];
 
 /// Whether a call does nothing but read what it is given.
 pub(super) fn only_reads(own: Constants<'_>, id: ExprId, depth: u32) -> bool {
@@ -176,6 +200,7 @@ pub(super) fn only_reads(own: Constants<'_>, id: ExprId, depth: u32) -> bool {
             _ if READING.contains(&method.as_str()) => {
                 matches!(callee, Some(Callee::Builtin))
                     || method != "get"
+                    || own.typed.ty(*receiver).peel().external_name().is_some_and(is_number_type)
                     || !args.is_empty() && is_value(own, *receiver)
             }
             _ => reads_value(own, *receiver, method),
@@ -189,7 +214,11 @@ pub(super) fn only_reads(own: Constants<'_>, id: ExprId, depth: u32) -> bool {
                 }
                 _ => false,
             },
-            Some(Callee::External(path)) => path.rsplit("::").nth(1).is_some_and(|owner| COMPUTING.contains(&owner)),
+            Some(Callee::External(path)) => {
+                let mut parts = path.rsplit("::");
+                let (name, owner) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+                COMPUTING.contains(&owner) || is_number_type(owner) && makes_number(name)
+            }
             Some(Callee::Unknown) => matches!(&own.body.expr(*named).kind, ExprKind::Path(path) if computes(path)),
             _ => false,
         },
@@ -220,6 +249,16 @@ fn lends(own: Constants<'_>, arg: ExprId) -> bool {
         || matches!(own.typed.ty(arg), Ty::Ref(true, _))
 }
 
+/// Whether a type of that name is nothing but numbers.
+fn is_number_type(name: &str) -> bool {
+    NUMBERS.contains(&name) || name.starts_with("NonZero")
+}
+
+/// Whether a function of a type of numbers makes a value of what it is given: `Duration::from_millis(5)`.
+fn makes_number(name: &str) -> bool {
+    name == "new" || name.starts_with("from_") || matches!(name, "from" | "default" | "try_from")
+}
+
 fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
     let reads = READING_VALUES.contains(&method) || CHOOSING.contains(&method);
     let is_known = reads || ITERATING.contains(&method);
@@ -227,6 +266,11 @@ fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
         // Whatever a number is asked, it stays the same.
         Ty::Int | Ty::Float | Ty::Bool | Ty::Char => !matches!(method, "then" | "then_some"),
         _ if is_value(own, receiver) => reads,
+        // The clock is asked as well how much time has passed since.
+        ty if ty.external_name().is_some_and(is_number_type) => {
+            let asks_clock = ["elapsed", "now", "past", "recent", "expired"].iter().any(|word| method.contains(word));
+            !asks_clock && !method.ends_with("_mut")
+        }
         // An iterator that was just made is used up by nothing else.
         _ => match &own.body.expr(receiver).kind {
             ExprKind::Range { .. } => is_known,
@@ -239,7 +283,7 @@ fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
     }
 }
 
-/// Whether a method asks a text or collection what is in it, and leaves it alone.
+/// Whether a method asks a text, a number or a collection what is in it, and leaves it alone.
 pub(super) fn asks(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
     let is_text = || {
         let ty = own.typed.ty(receiver).peel();
@@ -247,8 +291,8 @@ pub(super) fn asks(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
     };
     match method {
         "contains" | "contains_key" | "starts_with" | "ends_with" => is_value(own, receiver),
-        "as_str" | "as_bytes" | "eq_ignore_ascii_case" => is_text(),
-        _ => false,
+        _ if own.typed.ty(receiver).peel().external_name().is_some_and(is_number_type) => !method.ends_with("_mut"),
+        _ => READING_VALUES.contains(&method) && is_text(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Numbers that are compared with one another in several ways: `a < b`, `b <= a` and `a == b` are answers to one question.
 
+mod partial;
+
 use super::Builder;
 use super::questions::grouped;
 use super::subjects::Pure;
@@ -34,18 +36,25 @@ impl Builder<'_> {
     /// Notes that a comparison asks how two numbers stand to each other.
     pub(super) fn note_order(&mut self, subject: SubjectId, op: &str, lhs: ExprId, rhs: ExprId) {
         let [left_ty, right_ty] = [lhs, rhs].map(|side| self.ty(side).peel().clone());
-        let is_float = left_ty == Ty::Float || right_ty == Ty::Float;
-        let is_number = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float);
+        let is_float = self.may_be_unordered(&left_ty) || self.may_be_unordered(&right_ty);
+        let has_order = |ty: &Ty| match ty {
+            Ty::Int | Ty::Float | Ty::Param(_) | Ty::Adt(..) => true,
+            Ty::External(path, _) => path.starts_with("std::time::"),
+            _ => false,
+        };
+        let is_of_its_own = [&left_ty, &right_ty].iter().any(|ty| self.has_own_operator(ty, op));
         // What is compared with a constant for being equal is asked for its value.
         let is_constant = |side: ExprId| self.constant_head(side).is_some();
         let asks = match op {
             "==" | "!=" if is_constant(lhs) || is_constant(rhs) => return,
+            // What an equality compares need not be what an order does.
+            "==" | "!=" if matches!(left_ty, Ty::Adt(..)) => return,
             "==" | "!=" => Asks::Equal,
             _ if is_float => Asks::Order,
             "<" | ">=" => Asks::Less,
             _ => Asks::AtMost,
         };
-        if !is_number(&left_ty) || !is_number(&right_ty) {
+        if !has_order(&left_ty) || !has_order(&right_ty) || is_of_its_own {
             return;
         }
         let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else { return };
