@@ -67,6 +67,7 @@ impl Gates<'_, '_> {
         }
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
+                && !self.closes_by_value(subject, updating)
                 && !self.is_resumed_elsewhere(subject, updating)
                 && self.resets_in_pauses(Mode { asked_by, ..Mode::new(subject, updating) })
         })
@@ -194,6 +195,28 @@ impl Gates<'_, '_> {
         let unchanged = self.reached(stays);
         writers.iter().all(is_behind_update)
             && self.search.updating().iter().all(|node| !unchanged[node.0 as usize] || !self.completes(*node, stays))
+    }
+
+    /// Whether a number is compared that changes nowhere but where the filter runs, to what is worked out there:
+    /// `if last < 0.0 { continue; } last = pid.update(read());`. Once it pauses the filter, nothing brings it back.
+    fn closes_by_value(&self, id: SubjectId, updating: u32) -> bool {
+        let graph = self.search.graph;
+        let reads = &graph.subjects[id.0 as usize].reads;
+        let is_measure = |place: &Place| {
+            matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Int | Ty::Float)) && self.outlives(place)
+        };
+        // What is called again may find another value each time.
+        if matches!(self.region, Region::Function) || !reads.iter().all(is_measure) {
+            return false;
+        }
+        let writers = self.search.writers_of(id);
+        let inside: Vec<NodeId> = writers.iter().copied().filter(|node| self.is_inside(*node)).collect();
+        let is_worked_out = |node: &NodeId| {
+            let change = graph.changes.get(node).filter(|change| change.kind == ChangeKind::Other);
+            change.is_some_and(|change| !change.computed.places.is_empty() || !change.computed.calls.is_empty())
+        };
+        let pausing = self.reached_in_pause(id, updating);
+        inside.iter().any(is_worked_out) && !inside.iter().any(|node| pausing[node.0 as usize])
     }
 
     /// The nodes that an iteration can reach which finds a state as one that pauses.
