@@ -601,3 +601,21 @@ fn laws_of_separate_states_that_run_side_by_side_are_halves() {
     let text = uncommented(&written_for("init_apart", &code("tilt_sum", apart)));
     assert!(text.contains("law = [[\"compute_height\", \"compute_tilt\"]]"), "{text}");
 }
+
+/// Where all targets need features that are off there is nothing to look at, and that is what is said.
+#[test]
+fn targets_that_need_features_are_named_as_the_reason() {
+    let directory = workspace::temporary("init_required_features");
+    let manifest = "[package]\nname = \"rig\"\nversion = \"0.1.0\"\nedition = \"2021\"\nautobins = false\n\n[features]\nboard = []\n\n\
+                    [[bin]]\nname = \"rig\"\npath = \"src/main.rs\"\nrequired-features = [\"board\"]\n";
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    workspace::write(&directory, "src/main.rs", b"fn main() {}\n");
+    let refused = run(&directory, ["init"]);
+    refused.assert_code(101);
+    for said in
+        ["all of its targets need features that are off; `--all-features` turns them on", "no target is selected"]
+    {
+        assert!(refused.stderr.contains(said), "{}", refused.stderr);
+    }
+    run(&directory, ["init", "--all-features"]).assert_code(0);
+}

@@ -31,7 +31,14 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
         return Ok(ExitStatus::Incomplete);
     }
     if !args.stdout && !roots.clone().any(|root| has_manifest(root)) {
-        console.error("there is no manifest beside which the file could stand", Some("`--stdout` prints it"));
+        let (message, help) = match roots.clone().next() {
+            Some(_) => ("there is no manifest beside which the file could stand", "`--stdout` prints it"),
+            None => (
+                "no target is selected, so that there is no code to look at",
+                "`--all-targets` and `--all-features` take all of it",
+            ),
+        };
+        console.error(message, Some(help));
         return Ok(ExitStatus::Incomplete);
     }
     let prospect = match pipeline::prospect(&project) {

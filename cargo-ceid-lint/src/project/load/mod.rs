@@ -304,7 +304,13 @@ fn select_in(
     for at in &packages {
         if !selected.iter().any(|(package, _)| package == at) {
             let name = &workspace.packages[*at].name;
-            notices.push(format!("package `{name}` has no target that is selected; `--all-targets` takes all of them"));
+            let targets = &workspace.packages[*at].targets;
+            let is_optional = targets.iter().all(|target| !target.required_features.is_empty());
+            let help = match is_optional && !targets.is_empty() {
+                true => "all of its targets need features that are off; `--all-features` turns them on",
+                false => "`--all-targets` takes all of them",
+            };
+            notices.push(format!("package `{name}` has no target that is selected; {help}"));
         }
     }
     let mut project = assemble::project(workspace, cfg, &selected);
