@@ -87,6 +87,7 @@ impl Builder<'_> {
             return (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], false);
         }
         let is_partial = [lhs, rhs].iter().any(|side| self.may_be_unordered(self.ty(*side)));
+        let is_partial = is_partial && !self.are_numbers([lhs, rhs]);
         if let Some(orders) = orders_asked(op).filter(|_| is_partial) {
             let key = format!("({} <=> {})", left.key, right.key);
             let reads = [left.reads, right.reads].concat();

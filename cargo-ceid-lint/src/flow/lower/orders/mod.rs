@@ -37,11 +37,7 @@ impl Builder<'_> {
     pub(super) fn note_order(&mut self, subject: SubjectId, op: &str, lhs: ExprId, rhs: ExprId) {
         let [left_ty, right_ty] = [lhs, rhs].map(|side| self.ty(side).peel().clone());
         let is_float = self.may_be_unordered(&left_ty) || self.may_be_unordered(&right_ty);
-        let has_order = |ty: &Ty| match ty {
-            Ty::Int | Ty::Float | Ty::Param(_) | Ty::Adt(..) => true,
-            Ty::External(path, _) => path.starts_with("std::time::"),
-            _ => false,
-        };
+        let has_order = |ty: &Ty| !matches!(ty, Ty::Unknown | Ty::Var(_));
         let is_of_its_own = [&left_ty, &right_ty].iter().any(|ty| self.has_own_operator(ty, op));
         // What is compared with a constant for being equal is asked for its value.
         let is_constant = |side: ExprId| self.constant_head(side).is_some();

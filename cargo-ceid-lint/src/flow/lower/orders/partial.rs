@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use crate::flow::Program;
 use crate::flow::lower::Builder;
-use crate::index::{FunctionId, Shape, TraitName, Ty, TypeId};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::index::{FunctionId, Owner, Shape, TraitName, Ty, TypeId};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatId, PatKind, TypeRef};
 use crate::types::TypedBody;
 
 /// Types of the standard library whose values are compared as what they hold is.
@@ -36,7 +36,36 @@ impl Builder<'_> {
     /// Whether two values of a type may stand to each other in no order, as NaN does to all numbers. Of types that are not read nothing
     /// else is known but that they are compared.
     pub(in crate::flow::lower) fn may_be_unordered(&self, ty: &Ty) -> bool {
-        may_be_unordered(self.program, ty, &mut BTreeSet::new())
+        let is_bound_here = matches!(ty.peel(), Ty::Opaque(_)) && self.bounds_parts_by_order();
+        !is_bound_here && may_be_unordered(self.program, ty, &mut BTreeSet::new())
+    }
+
+    /// Whether a float is compared of which the code tells that it is a number: how many seconds a length of time has.
+    pub(in crate::flow::lower) fn are_numbers(&self, sides: [ExprId; 2]) -> bool {
+        let is_span = |id: ExprId| match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, method, .. } => {
+                let is_of_time = self.ty(*receiver).peel().external_name() == Some("Duration");
+                is_of_time && method.starts_with("as_") && *self.ty(id) == Ty::Unknown
+            }
+            _ => false,
+        };
+        let is_known = |id: ExprId| is_span(id) || self.constants().asked_number(id).is_some();
+        sides.into_iter().any(is_span) && sides.into_iter().all(is_known)
+    }
+
+    /// Whether the function at hand, or its impl, asks that an associated type has an order: `where D::Reading: Ord`.
+    fn bounds_parts_by_order(&self) -> bool {
+        let index = self.program.index;
+        let def = index.function(self.frames[self.frame].function);
+        let of_impl = match def.owner {
+            Owner::Impl(id) => Some(&index.impl_def(id).generics),
+            _ => None,
+        };
+        let generics = of_impl.into_iter().chain([&def.function.generics]);
+        generics.flat_map(|generics| &generics.predicates).any(|(subject, bounds)| {
+            let is_part = matches!(subject, TypeRef::Path(path) if path.ident().is_none());
+            is_part && bounds.iter().any(|bound| bound.last() == "Ord")
+        })
     }
 
     /// Whether a comparison runs a method of the analysed code that only the contract binds to the other comparisons: an `ne` that

@@ -251,7 +251,11 @@ fn lends(own: Constants<'_>, arg: ExprId) -> bool {
 
 /// Whether a type of that name is nothing but numbers.
 fn is_number_type(name: &str) -> bool {
-    NUMBERS.contains(&name) || name.starts_with("NonZero")
+    // `fugit::MicrosDurationU32`
+    let plain = name.trim_end_matches(|letter: char| letter.is_ascii_digit()).trim_end_matches('U');
+    NUMBERS.contains(&name)
+        || name.starts_with("NonZero")
+        || plain.len() < name.len() && ["Duration", "Instant"].iter().any(|own| plain.ends_with(own))
 }
 
 /// Whether a function of a type of numbers makes a value of what it is given: `Duration::from_millis(5)`.
