@@ -418,7 +418,12 @@ impl Gates<'_, '_> {
         });
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();
-        !declared_inside && !is_written && !is_given && !self.is_reading(place) && !self.calls_write(place)
+        !declared_inside
+            && !is_written
+            && !is_given
+            && !self.is_reading(place)
+            && !self.calls_write(place)
+            && !self.search.is_switched_by_tasks(self.region, place)
     }
 
     /// Whether a place is a part of what the iteration gives a name, always the same or the same one for each element:

@@ -19,11 +19,31 @@ pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
     }
 }
 
+/// Whether a type is a cell of which a reference to what it holds is borrowed, or a handle to one.
+pub(in crate::flow::lower) fn is_borrowed_from(ty: &Ty) -> bool {
+    match ty.peel() {
+        ty @ Ty::External(_, args) => match ty.external_name() {
+            Some("RefCell") => true,
+            Some("Rc" | "Arc" | "Box") => args.first().is_some_and(is_borrowed_from),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
 impl Builder<'_> {
     /// Notes that others may have a reference to what lies in a variable.
     pub(in crate::flow::lower) fn note_lent_cell(&mut self, id: ExprId, value: &Value) {
         let var = value.place.as_ref().and_then(Place::base_var);
         self.graph.cells.lent.extend(var.filter(|_| self.holds_cell(self.ty(id), 0)));
+    }
+
+    /// Notes that a closure or future which runs beside others has a reference to what it names.
+    pub(in crate::flow::lower) fn share_cells(&mut self, beside: &Value) {
+        let named = beside.closure.map(|closure| self.captured_vars(closure)).unwrap_or_default();
+        let cells = named.into_iter().filter(|var| self.holds_cell(&self.graph.var(*var).ty, 0));
+        let cells: Vec<Var> = cells.collect();
+        self.graph.cells.lent.extend(cells);
     }
 
     /// Notes that a variable gets a handle to a cell that is made for it.
@@ -98,7 +118,7 @@ impl Builder<'_> {
         let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(id).kind else { return None };
         let borrows = method == "borrow"
             && args.is_empty()
-            && self.ty(*receiver).peel().external_name() == Some("RefCell")
+            && is_borrowed_from(self.ty(*receiver))
             && !self.may_hold_filter(self.ty(*receiver));
         let place = if borrows { self.static_place(*receiver) } else { None };
         self.graph.cells.read.extend(place.clone());

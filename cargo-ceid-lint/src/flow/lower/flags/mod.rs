@@ -2,7 +2,7 @@
 
 mod cells;
 
-pub(super) use cells::leads_to_cell;
+pub(super) use cells::{is_borrowed_from, leads_to_cell};
 
 use super::parts::given_to;
 use super::{Builder, Value};
