@@ -3,6 +3,7 @@
 mod pending;
 mod polled;
 mod suspended;
+mod unfinished;
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::mark::ONE_OF_SEVERAL;
