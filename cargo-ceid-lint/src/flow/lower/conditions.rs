@@ -398,7 +398,7 @@ impl Builder<'_> {
             let key = format!("({} <=> {})", left.key, right.key);
             let reads = [left.reads, right.reads].concat();
             let to_heads = |orders: &[&str]| orders.iter().map(|order| (*order).to_owned()).collect();
-            return (Some((Pure { key, reads, whole: None }, Some(to_heads(&ORDERS)))), to_heads(orders), false);
+            return (Some((Pure { key, reads, ..Pure::default() }, Some(to_heads(&ORDERS)))), to_heads(orders), false);
         }
         let (symbol, negated) = match op {
             "==" | "!=" => ("==", op == "!="),
@@ -419,7 +419,7 @@ impl Builder<'_> {
         let variant = if told.is_some() { "the variant of " } else { "" };
         let key = format!("({variant}{} {symbol} {})", left.key, right.key);
         let total = Some(vec!["true".to_owned(), "false".to_owned()]);
-        (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
+        (Some((Pure { key, reads, ..Pure::default() }, total)), vec!["true".to_owned()], negated)
     }
 
     /// The value whose variant an expression tells: `mem::discriminant(&mode)`.
