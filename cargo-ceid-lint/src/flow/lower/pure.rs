@@ -94,6 +94,13 @@ impl Builder<'_> {
                 let key = format!("{}.{method}()", place_key(&place));
                 Some(Pure { key, reads: is_read.then_some(place).into_iter().collect(), filled, whole: None })
             }
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if args.is_empty()
+                    && matches!(method.as_str(), "get" | "borrow")
+                    && self.is_cell_of_static(*receiver) =>
+            {
+                None
+            }
             ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
                 if !self.names_inner(*receiver)
                     && let Some(place) = self.state_behind(id).or_else(|| self.state_in_cell(id))

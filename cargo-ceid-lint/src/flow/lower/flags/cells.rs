@@ -3,9 +3,9 @@
 use super::super::{Builder, Value};
 use super::is_flag;
 use crate::flow::{Cause, Effect, Place, Var};
-use crate::index::{Shape, Ty};
+use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 
 /// Whether a type is a reference or handle to a cell, or a cell.
 pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
@@ -92,12 +92,31 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether an expression is a cell in a static that interrupts and other threads see as well: what it holds may be another value
+    /// whenever it is read. One of `thread_local!` is reached through a key.
+    pub(in crate::flow::lower) fn is_cell_of_static(&self, id: ExprId) -> bool {
+        let mut at = id;
+        while let ExprKind::Field { base, .. } | ExprKind::Index { base, .. } | ExprKind::Deref(base) =
+            &self.body().expr(at).kind
+        {
+            at = *base;
+        }
+        let is_of_thread = |id: crate::index::ValueId| matches!(&self.program.index.value(id).item.ty, TypeRef::Path(path) if path.last() == "LocalKey");
+        match self.typed().expr_def.get(&at) {
+            Some(Def::Value(value)) => {
+                self.program.index.value(*value).item.is_static && !is_of_thread(*value) && leads_to_cell(self.ty(id))
+            }
+            _ => false,
+        }
+    }
+
     /// The place of the state that an expression reads out of a cell as it is.
     pub(in crate::flow::lower) fn state_in_cell(&mut self, id: ExprId) -> Option<Place> {
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } if self.is_state(self.ty(id)) => {
                 let reads = match (method.as_str(), args.len()) {
+                    _ if self.is_cell_of_static(*receiver) => false,
                     ("get", 0) => self.is_cell(*receiver),
                     ("load", 1) => is_flag(self.ty(*receiver)) && self.is_exclusive(*receiver),
                     _ => false,
@@ -119,6 +138,7 @@ impl Builder<'_> {
         let borrows = method == "borrow"
             && args.is_empty()
             && is_borrowed_from(self.ty(*receiver))
+            && !self.is_cell_of_static(*receiver)
             && !self.may_hold_filter(self.ty(*receiver));
         let place = if borrows { self.static_place(*receiver) } else { None };
         self.graph.cells.read.extend(place.clone());
