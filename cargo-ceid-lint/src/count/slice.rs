@@ -33,6 +33,7 @@ pub(super) struct ControlDependence {
     before_loop: RefCell<FxHashMap<(LoopId, SubjectId), u32>>,
     /// The nodes that may change what a subject reads by a name that is not known for one of the same cell.
     by_other_names: OnceCell<ByOtherNames>,
+    by_tasks: OnceCell<BTreeSet<SubjectId>>,
     /// The subjects that read something of a base.
     readers: OnceCell<FxHashMap<Base, Vec<SubjectId>>>,
     /// The subjects of which a node may change what they read, as far as it was asked.
@@ -104,6 +105,7 @@ impl ControlDependence {
             writing: RefCell::default(),
             before_loop: RefCell::default(),
             by_other_names: OnceCell::new(),
+            by_tasks: OnceCell::new(),
             readers: OnceCell::new(),
             changed_at: RefCell::default(),
         }
@@ -132,6 +134,11 @@ impl ControlDependence {
     /// The nodes that may change what subjects read by names that are not known for those of the same cells.
     pub(super) fn by_other_names(&self, find: impl FnOnce() -> ByOtherNames) -> &ByOtherNames {
         self.by_other_names.get_or_init(find)
+    }
+
+    /// The subjects that may be others where other tasks have run.
+    pub(super) fn by_tasks(&self, find: impl FnOnce() -> BTreeSet<SubjectId>) -> &BTreeSet<SubjectId> {
+        self.by_tasks.get_or_init(find)
     }
 
     /// The subjects that read something of a base.

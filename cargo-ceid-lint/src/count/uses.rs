@@ -120,7 +120,9 @@ impl Context<'_> {
                         // A copy goes on in what is made of it.
                         let makes = || {
                             let made = &facts.graph.var(site.result).ty;
-                            arg.is_copy && instances::may_hold_filter(self.program.index, made)
+                            arg.is_copy
+                                && instances::may_hold_filter(self.program.index, made)
+                                && goes_on(index, facts.graph, site.result)
                         };
                         let keeps = |target: &FunctionId| {
                             self.summaries.get(*target).is_some_and(|callee| callee.keeps.contains(&number))
@@ -439,4 +441,23 @@ pub(super) fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
     };
     let own = Place::var(var);
     is_copy(&own) || given(&own).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
+}
+
+/// Whether what a call gives back is taken up by something. `let (_, level) = step(lag, x);` takes up the number, and no filter.
+fn goes_on(index: &Index, graph: &ControlFlowGraph, result: Var) -> bool {
+    let holds_filter = |place: &Place| {
+        let ty = instances::place_ty(index, graph, place);
+        ty.is_none_or(|ty| instances::may_hold_filter(index, &ty))
+    };
+    let is_it = |place: &Place| place.base_var() == Some(result) && holds_filter(place);
+    graph.nodes.iter().any(|node| match &node.effect {
+        Effect::Set(set) | Effect::Write(set) => set.from.as_ref().is_some_and(is_it),
+        Effect::Return(value) => value.place.as_ref().is_some_and(is_it),
+        Effect::Call(site) => site.args.iter().any(|arg| arg.place.as_ref().is_some_and(is_it)),
+        Effect::Update(update) => is_it(&update.place),
+        Effect::Advance(advance) => is_it(&advance.before),
+        Effect::Use { place } | Effect::Reset { place, .. } => is_it(place),
+        Effect::Unknown { places, .. } => places.iter().any(is_it),
+        _ => false,
+    })
 }

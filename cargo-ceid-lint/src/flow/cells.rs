@@ -1,8 +1,8 @@
 //! Cells, which are changed through shared references: who may have one, and which of them were read as states.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Place, Var};
+use super::{Place, SubjectId, Var};
 
 /// What a function shows of its cells.
 #[derive(Clone, Debug, Default)]
@@ -13,4 +13,6 @@ pub struct Cells {
     pub own: BTreeSet<Var>,
     /// The places of cells that were read as states.
     pub read: BTreeSet<Place>,
+    /// What asks whether a cell is filled that others may fill at any time, and once.
+    pub filled: BTreeMap<SubjectId, Place>,
 }

@@ -17,6 +17,7 @@ mod section;
 mod sizes;
 mod steps;
 mod strides;
+mod switched;
 mod test;
 mod unrun;
 mod waits;
@@ -232,6 +233,8 @@ pub enum Effect {
     GuardEnd(GuardId),
     /// Code that runs elsewhere or later begins at the second successor.
     Fork,
+    /// Something is awaited: other tasks may run before it goes on.
+    Suspend,
     /// The function is left; the heads that its value may have.
     Return(Returned),
     /// The program ends or panics: nothing follows.

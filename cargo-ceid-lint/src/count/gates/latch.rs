@@ -11,7 +11,8 @@ impl Gates<'_, '_> {
     pub(super) fn is_latch(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let graph = self.search.graph;
         let Some(place) = &self.latch_asked(test) else { return false };
-        if !self.outlives(place) {
+        // What others fill, the iteration does not open.
+        if !self.outlives(place) || test.subject.is_some_and(|id| graph.cells.filled.contains_key(&id)) {
             return false;
         }
         let Some(given) = self.heads_by_calls(place) else { return false };

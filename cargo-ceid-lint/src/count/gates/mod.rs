@@ -327,7 +327,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.has_no_samples(test, at, way) || self.lacks_word(test) {
             return Some(Gate::Sample);
         }
-        if self.asks_kept_option(test) || self.asks_kept_part(test) || self.asks_whether_set(test) {
+        if self.asks_kept_option(test) || self.asks_kept_part(test) {
             return self.of_setting(test, at, way);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {

@@ -45,7 +45,8 @@ impl Gates<'_, '_> {
     pub(super) fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
         let Subject { reads, whole, .. } = &self.search.graph.subjects[subject.0 as usize];
-        if reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
+        let is_filled_once = self.search.graph.cells.filled.contains_key(&subject);
+        if is_filled_once || reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
             return false;
         }
         // What the head of a loop binds anew in each round is no state: `for i in 0..n { if i == 2 { continue; } … }`.

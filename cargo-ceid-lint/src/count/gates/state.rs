@@ -38,6 +38,7 @@ impl Gates<'_, '_> {
             || self.is_let_in(at, way)
             || self.is_raised_flag(test, at)
             || self.is_first(test)
+            || (self.asks_whether_set(test) && self.opening_heads(test, at) == ["+"])
             || self.is_warm_up(test, at, way)
     }
 
@@ -297,8 +298,10 @@ impl Gates<'_, '_> {
 
     fn comes_of_once(&self, places: &[Place], calls: &[String]) -> bool {
         let is_once = |from: &Place| {
-            let held = self.declared(from).filter(|_| matches!(from.base, Base::Static(_)));
-            held.is_some_and(|ty| matches!(ty.external_name(), Some("OnceLock" | "OnceCell" | "LazyLock" | "Lazy")))
+            self.declared(from)
+                .as_ref()
+                .map(Ty::peel)
+                .is_some_and(|ty| matches!(ty.external_name(), Some("OnceLock" | "OnceCell" | "LazyLock" | "Lazy")))
         };
         let hands_out = |name: &String| matches!(name.as_str(), "get" | "unwrap" | "expect" | "as_ref");
         !places.is_empty() && places.iter().all(is_once) && calls.iter().all(hands_out)
@@ -418,7 +421,12 @@ impl Gates<'_, '_> {
         });
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();
-        !declared_inside && !is_written && !is_given && !self.is_reading(place) && !self.calls_write(place)
+        !declared_inside
+            && !is_written
+            && !is_given
+            && !self.is_reading(place)
+            && !self.calls_write(place)
+            && !self.search.is_switched_by_tasks(self.region, place)
     }
 
     /// Whether a place is a part of what the iteration gives a name, always the same or the same one for each element:

@@ -118,6 +118,9 @@ impl Search<'_> {
     fn may_change_at(&self, node: NodeId) -> Arc<Vec<SubjectId>> {
         self.dependence.changed_at(node, || {
             let graph = self.graph;
+            if matches!(graph.node(node).effect, Effect::Suspend) {
+                return self.changed_by_tasks().iter().copied().collect();
+            }
             let places: Vec<&Place> = match &graph.node(node).effect {
                 Effect::Set(set) | Effect::Write(set) => vec![&set.place],
                 Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).collect(),

@@ -31,6 +31,7 @@ mod run;
 mod set_by_calls;
 mod settled;
 mod shared;
+mod suspended;
 mod unread;
 mod versions;
 mod ways;

@@ -16,7 +16,7 @@ pub(in crate::count) type ByOtherNames = BTreeMap<NodeId, Vec<(SubjectId, Cause)
 
 /// Where a cell lives. Two cells with different homes are two cells; a reference or handle may lead to any.
 #[derive(PartialEq, Eq)]
-enum Home {
+pub(super) enum Home {
     Variable(Var),
     Static(ValueId),
     Field(TypeId, Arc<str>),
@@ -24,22 +24,25 @@ enum Home {
 }
 
 /// The cell that a place leads through.
-struct OnWay {
+pub(super) struct OnWay {
     /// The type of what it holds.
     content: Ty,
     /// What of that the place is.
     rest: Steps,
-    home: Home,
-    /// Whether others may have a reference to it.
+    pub(super) home: Home,
+    /// Whether others may have a reference to it: it is reached through one, or a reference to it was made here.
     is_shared: bool,
+    /// Whether it is reached through a reference or handle that others have as well.
+    pub(super) is_of_others: bool,
 }
 
 impl OnWay {
     /// The cell on the way to a place, if there is one.
-    fn to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Self> {
+    pub(super) fn to(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Self> {
         let prefix = |length: usize| place.up_to(length);
         let is_own = place.base_var().is_some_and(|var| graph.cells.own.contains(&var));
-        let mut is_shared = place.base_var().is_none_or(|var| graph.cells.lent.contains(&var));
+        let is_lent = place.base_var().is_some_and(|var| graph.cells.lent.contains(&var));
+        let mut is_of_others = place.base_var().is_none();
         for length in 0..=place.steps.len() {
             let ty = declared_ty(index, graph, &prefix(length))?;
             let mut at = &ty;
@@ -48,7 +51,7 @@ impl OnWay {
             loop {
                 at = match at {
                     Ty::Ref(is_exclusive, inner) => {
-                        is_shared |= !is_exclusive;
+                        is_of_others |= !is_exclusive;
                         is_behind = true;
                         inner
                     }
@@ -70,10 +73,11 @@ impl OnWay {
                             if rest.is_empty() && may_hold_filter(index, content) {
                                 return None;
                             }
-                            return Some(Self { content: content.clone(), rest, home, is_shared });
+                            let is_shared = is_of_others || is_lent;
+                            return Some(Self { content: content.clone(), rest, home, is_shared, is_of_others });
                         }
                         (Some("Rc" | "Arc" | "Weak"), Some(inner)) => {
-                            is_shared |= !is_own;
+                            is_of_others |= !is_own;
                             is_behind |= !is_own;
                             inner
                         }
@@ -148,9 +152,10 @@ impl Search<'_> {
             name if name.is_empty() => "_".to_owned(),
             name => name,
         };
-        let unseen = |text: &str| {
-            cell.is_shared.then(|| Cause::Code(format!("what `{text}` does to what `{}` holds", name(place))))
+        let unseen = |who: String| {
+            cell.is_shared.then(|| Cause::Code(format!("what {who} does to what `{}` holds", name(place))))
         };
+        let called = |text: &str| unseen(format!("`{text}`"));
         let is_other = |written: &Place| {
             let roots = self.aliases.shared_roots(written);
             let is_cell = |root: &Place| OnWay::to(index, graph, root).is_some_and(|other| cell.may_be(&other));
@@ -164,12 +169,14 @@ impl Search<'_> {
             Effect::Set(set) | Effect::Write(set) if !set.rebinds => other(&set.place),
             Effect::Call(site) => {
                 let mut callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-                let hidden = callees.find_map(|summary| summary.unseen.as_deref()).and_then(unseen);
+                let hidden = callees.find_map(|summary| summary.unseen.as_deref()).and_then(called);
                 hidden.or_else(|| {
                     self.summaries.places(site, |summary| &summary.writes).find_map(|written| other(&written))
                 })
             }
-            Effect::Unknown { places, cause: Cause::Call(text) } if places.is_empty() => unseen(text),
+            Effect::Unknown { places, cause: Cause::Call(text) } if places.is_empty() => called(text),
+            // Who has a reference that was made here is not followed.
+            Effect::Suspend if !cell.is_of_others => unseen("another task".to_owned()),
             _ => None,
         }
     }

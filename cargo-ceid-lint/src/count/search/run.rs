@@ -283,6 +283,10 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.everywhere(at, &next);
             }
             Effect::LoopHead(id) => self.head(at, state, *id),
+            Effect::Suspend => {
+                let masks = self.behind_tasks(state.masks);
+                self.everywhere(at, &State { masks, ..state.clone() });
+            }
             Effect::Fork => {
                 let mut next = state.clone();
                 if self.search.updates_elsewhere(state.node) {

@@ -132,19 +132,20 @@ impl Search<'_> {
     pub(in crate::count) fn writers_of(&self, id: SubjectId) -> Arc<Vec<NodeId>> {
         let find = || {
             let reads = self.read_by(id);
-            self.graph.node_ids().filter(|node| self.writes(*node, &reads)).collect()
+            self.graph.node_ids().filter(|node| self.writes(*node, id, &reads)).collect()
         };
         // What is called for an instance behind a trait may be less than for others.
         if self.behind.is_empty() { self.dependence.writing(id, find) } else { Arc::new(find()) }
     }
 
-    fn writes(&self, node: NodeId, reads: &Reads) -> bool {
+    fn writes(&self, node: NodeId, id: SubjectId, reads: &Reads) -> bool {
         let is_one = |place: &Place| reads.is_changed_with(place);
         match &self.graph.node(node).effect {
             Effect::Set(set) | Effect::Write(set) => {
                 is_one(&set.place) || (!set.rebinds && self.aliases.shared_roots(&set.place).iter().any(is_one))
             }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
+            Effect::Suspend => self.changed_by_tasks().contains(&id),
             // A state that is a number is the value that a condition asks for.
             Effect::Update(update) => !update.is_typed && !reads.is_presence && is_one(&update.place),
             Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.keys().any(is_one),

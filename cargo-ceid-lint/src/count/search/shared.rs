@@ -40,7 +40,7 @@ impl Search<'_> {
 
     /// The subject that a function asks for where it is called, by this name or by another one of the only place that it can be.
     pub(super) fn asked_subject(&self, given: &Given, site: &CallSite) -> Option<SubjectId> {
-        let place = asked_at(given, site)?;
+        let place = asked_at(given, site).filter(|place| !self.is_cell_of_static(place))?;
         let roots = self.aliases.shared_roots(&place);
         // Two options that refer to the same filter are two.
         let has_names = roots.len() == 1 && !self.refers(&place);

@@ -360,7 +360,12 @@ impl Builder<'_> {
                 let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
                 values.into_iter().next().unwrap_or_default()
             }
-            "clone" if self.clones_name(receiver) => Value { is_owned: false, ..value.clone() },
+            "clone" if self.clones_name(receiver) => {
+                if super::flags::leads_to_cell(self.ty(receiver)) {
+                    self.note_lent_cell(receiver, value);
+                }
+                Value { is_owned: false, ..value.clone() }
+            }
             "fill_with" if args.len() == 1 => self.fill_with(receiver, args[0], value, span),
             _ if super::exchanges::reorders(method, args.len())
                 && self.may_hold_filter(self.ty(receiver))

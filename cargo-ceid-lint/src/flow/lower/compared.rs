@@ -84,7 +84,7 @@ impl Builder<'_> {
             let key = format!("({} of its own {op} {})", left.key, right.key);
             let reads = [left.reads, right.reads].concat();
             let total = Some(vec!["true".to_owned(), "false".to_owned()]);
-            return (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], false);
+            return (Some((Pure { key, reads, ..Pure::default() }, total)), vec!["true".to_owned()], false);
         }
         let is_partial = [lhs, rhs].iter().any(|side| self.may_be_unordered(self.ty(*side)));
         let is_partial = is_partial && !self.are_numbers([lhs, rhs]);
@@ -92,7 +92,11 @@ impl Builder<'_> {
             let key = format!("({} <=> {})", left.key, right.key);
             let reads = [left.reads, right.reads].concat();
             let to_heads = |orders: &[&str]| orders.iter().map(|order| (*order).to_owned()).collect();
-            return (Some((Pure { key, reads, whole: None }, Some(to_heads(&NUMBER_ORDERS)))), to_heads(orders), false);
+            return (
+                Some((Pure { key, reads, ..Pure::default() }, Some(to_heads(&NUMBER_ORDERS)))),
+                to_heads(orders),
+                false,
+            );
         }
         let (symbol, negated) = match op {
             "==" | "!=" => ("==", op == "!="),
@@ -115,7 +119,7 @@ impl Builder<'_> {
         let symbol = if is_same { symbol } else { "equals" };
         let key = format!("({variant}{} {symbol} {})", left.key, right.key);
         let total = Some(vec!["true".to_owned(), "false".to_owned()]);
-        (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
+        (Some((Pure { key, reads, ..Pure::default() }, total)), vec!["true".to_owned()], negated)
     }
 
     /// The number that a place is compared with; `is_turned` if what holds on the first edge is the opposite.

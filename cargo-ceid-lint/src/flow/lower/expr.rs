@@ -195,6 +195,9 @@ impl Builder<'_> {
                     self.diverge(self.span(id));
                     return Value::default();
                 }
+                if self.may_suspend(*inner) {
+                    self.suspend(self.span(id));
+                }
                 value
             }
             ExprKind::Macro(macro_expr) => self.macro_expr(id, macro_expr),

@@ -154,12 +154,12 @@ impl Builder<'_> {
         let others = own.reads.iter().filter(|place| **place != var).cloned();
         let reads: BTreeSet<Place> = others.chain(held.part.reads.iter().cloned()).collect();
         let whole = held.part.whole.clone().filter(|_| own.whole.as_ref() == Some(&var));
-        let pure = Pure { key: name(&own.key), reads: reads.into_iter().collect(), whole };
+        let pure = Pure { key: name(&own.key), reads: reads.into_iter().collect(), whole, filled: None };
         let Some(other) = self.ask_where(questions, id, held.at, &depends_on, pure) else { return };
         let reads = self.graph.subjects[other.0 as usize].reads.clone();
         if let Some(bound) = self.bounds.remove(&id) {
             let whole = held.part.whole.clone().filter(|_| bound.is_about(&var));
-            let value = Pure { key: name(bound.key()), reads: reads.clone(), whole };
+            let value = Pure { key: name(bound.key()), reads: reads.clone(), whole, filled: None };
             self.bounds.entry(other).or_insert_with(|| bound.of(value));
         }
         if let Some(order) = self.orders.remove(&id) {

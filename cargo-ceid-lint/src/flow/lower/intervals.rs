@@ -151,7 +151,7 @@ impl Builder<'_> {
         });
         let dots = if is_closed { "..=" } else { ".." };
         let key = format!("({} in {first}{dots}{last})", value.key);
-        let asked = Pure { key, reads: value.reads.clone(), whole: None };
+        let asked = Pure { key, reads: value.reads.clone(), ..Pure::default() };
         let id = self.subject(asked, Some(heads.to_vec()));
         for head in &heads {
             self.head_bit(id, head);
@@ -212,7 +212,7 @@ impl Builder<'_> {
                 false => (parts.iter().map(|part| format!("{part:?}")).collect(), String::new()),
             };
             let key = format!("({} among {numbers:?} {parts:?}{joined})", value.key);
-            let among = Pure { key, reads: value.reads, whole: None };
+            let among = Pure { key, reads: value.reads, ..Pure::default() };
             let asked: Vec<(SubjectId, usize)> = bounds.iter().zip(0..).map(|((id, _), at)| (*id, at)).collect();
             self.ask_as_one(among, &heads, &asked, |bound, at| answers[at][*bound].clone());
         }

@@ -126,10 +126,12 @@ impl Builder<'_> {
         }
     }
 
-    /// `select!`: one arm runs.
+    /// `select!`: one arm runs, beside what the futures of the others have done before they are dropped.
     fn select(&mut self, id: ExprId, arms: &[SelectArm]) -> Value {
         let span = self.span(id);
         let join = self.new_join(self.ty(id).clone(), span);
+        let futures: Vec<Value> =
+            arms.iter().map(|arm| arm.future.map(|future| self.expr(future)).unwrap_or_default()).collect();
         for (number, arm) in arms.iter().enumerate() {
             if self.at.is_none() {
                 break;
@@ -143,8 +145,12 @@ impl Builder<'_> {
                 next = Some(no);
                 self.resume(yes);
             }
-            let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
-            let value = self.run_to_end(value, span);
+            let others = arms.iter().zip(&futures).enumerate().filter(|(other, _)| *other != number);
+            for (_, (other, future)) in others {
+                self.run_unfinished(other.future, future);
+            }
+            let value = self.run_to_end(futures[number].clone(), span);
+            self.suspend(span);
             if let Some(pat) = arm.pat {
                 // An arm awaits its future without the word for it.
                 if let Some(future) = arm.future {

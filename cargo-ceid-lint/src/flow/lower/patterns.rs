@@ -381,7 +381,7 @@ impl Builder<'_> {
             _ => return self.ask_opaque(matched, span, no),
         };
         let Some(pure) = pure else { return self.ask_opaque(matched, span, no) };
-        let length = Pure { key: format!("{}.len()", pure.key), reads: pure.reads.clone(), whole: None };
+        let length = Pure { key: format!("{}.len()", pure.key), reads: pure.reads.clone(), ..Pure::default() };
         let id = self.subject(length, None);
         let about = About { is_turned, ..matched.about.clone() };
         let (holds, fails) = self.branch_on_subject(id, &[head], true, span, matched.text.clone(), about);

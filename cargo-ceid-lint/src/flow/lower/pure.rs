@@ -26,7 +26,7 @@ impl Builder<'_> {
             ExprKind::Literal(literal) => Some(Pure { key: literal.spelling(), ..Pure::default() }),
             ExprKind::Field { base, name } if self.names_inner(id) => {
                 let base = self.pure(*base)?;
-                Some(Pure { key: format!("{}.{name}", base.key), reads: base.reads, whole: None })
+                Some(Pure { key: format!("{}.{name}", base.key), reads: base.reads, ..Pure::default() })
             }
             ExprKind::Field { .. } | ExprKind::Index { .. } if let Some(found) = self.pure_setting(id) => Some(found),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
@@ -55,7 +55,7 @@ impl Builder<'_> {
             // Another value, which is the same as long as that one is.
             ExprKind::Cast { value, ty } => {
                 let from = self.pure(*value)?;
-                Some(Pure { key: format!("({} as {ty:?})", from.key), reads: from.reads, whole: None })
+                Some(Pure { key: format!("({} as {ty:?})", from.key), reads: from.reads, ..Pure::default() })
             }
             ExprKind::Range { start, end, inclusive } => {
                 let mut range = Pure { key: if *inclusive { "..=" } else { ".." }.to_owned(), ..Pure::default() };
@@ -74,7 +74,7 @@ impl Builder<'_> {
                 let right = self.pure(*rhs)?;
                 let mut reads = left.reads;
                 reads.extend(right.reads);
-                Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, whole: None })
+                Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, ..Pure::default() })
             }
             // Lending what may be there asks about the same.
             ExprKind::MethodCall { receiver, method, .. }
@@ -89,8 +89,17 @@ impl Builder<'_> {
                     && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
             {
                 let place = self.static_place(*receiver)?;
-                let reads = place.base_var().map(|_| place.clone()).into_iter().collect();
-                Some(Pure { key: format!("{}.{method}()", place_key(&place)), reads, whole: None })
+                let filled = (method == "get" && self.may_be_filled(*receiver)).then(|| place.clone());
+                let is_read = filled.is_some() || place.base_var().is_some();
+                let key = format!("{}.{method}()", place_key(&place));
+                Some(Pure { key, reads: is_read.then_some(place).into_iter().collect(), filled, whole: None })
+            }
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if args.is_empty()
+                    && matches!(method.as_str(), "get" | "borrow")
+                    && self.is_cell_of_static(*receiver) =>
+            {
+                None
             }
             ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
                 if !self.names_inner(*receiver)
@@ -102,6 +111,7 @@ impl Builder<'_> {
                     return None;
                 }
                 let base = self.pure(*receiver)?;
+                let base = if matches!(method.as_str(), "unwrap" | "expect") { base.found_there() } else { base };
                 let of = if turbofish.is_empty() { String::new() } else { format!("{turbofish:?}") };
                 let reads = self.read_by_method(id, &base).unwrap_or(base.reads);
                 self.pure_parts(format!("{}.{method}{of}(", base.key), reads, args)
@@ -147,7 +157,7 @@ impl Builder<'_> {
             reads.extend(part.reads);
         }
         key.push(')');
-        Some(Pure { key, reads, whole: None })
+        Some(Pure { key, reads, ..Pure::default() })
     }
 
     /// A closure that only reads: two that are written alike give the same where what they name is the same.
@@ -164,7 +174,7 @@ impl Builder<'_> {
         let given = self.pure(code.body);
         self.inner.retain(|local| !locals.contains(local));
         let given = given?;
-        Some(Pure { key: format!("{key}| {}", given.key), reads: given.reads, whole: None })
+        Some(Pure { key: format!("{key}| {}", given.key), reads: given.reads, ..Pure::default() })
     }
 
     /// Whether an expression is a parameter of a closure that is asked whether it is pure, or a part of one.
@@ -186,7 +196,7 @@ impl Builder<'_> {
         }
         let (table, at) = (self.pure(base)?, self.pure(index)?);
         let key = format!("{}[{}]", table.key, at.key);
-        Some(Pure { key, reads: [table.reads, at.reads].concat(), whole: None })
+        Some(Pure { key, reads: [table.reads, at.reads].concat(), ..Pure::default() })
     }
 
     /// A part of a constant, or of a static that nobody changes: `CONFIG.heater.is_on`, `TABLE[1].gain`.
@@ -201,7 +211,7 @@ impl Builder<'_> {
                 let base = self.pure_setting(*base)?;
                 let index = self.pure(*index)?;
                 let key = format!("{}[{}]", base.key, index.key);
-                Some(Pure { key, reads: [base.reads, index.reads].concat(), whole: None })
+                Some(Pure { key, reads: [base.reads, index.reads].concat(), ..Pure::default() })
             }
             ExprKind::Path(path) if matches!(self.typed().expr_def.get(&id), Some(Def::Value(_))) => {
                 self.pure_path(id, path)
@@ -214,7 +224,7 @@ impl Builder<'_> {
                 if matches!(method.as_str(), "get" | "get_or_init")
                     && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
             {
-                self.pure(id)
+                Some(self.pure(id)?.found_there())
             }
             // `config().is_on`
             ExprKind::Call { args, .. } if args.is_empty() => {
@@ -337,7 +347,7 @@ impl Builder<'_> {
 
     fn pure_unary(&mut self, op: &str, inner: ExprId) -> Option<Pure> {
         let inner = self.pure(inner)?;
-        Some(Pure { key: format!("{op}{}", inner.key), reads: inner.reads, whole: None })
+        Some(Pure { key: format!("{op}{}", inner.key), reads: inner.reads, ..Pure::default() })
     }
 
     fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {

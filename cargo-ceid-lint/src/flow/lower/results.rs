@@ -71,7 +71,7 @@ impl Builder<'_> {
         let [left, right] = sides;
         let key = format!("({} == {})", left.key, right.key);
         let reads = [left.reads, right.reads].concat();
-        Some((Pure { key, reads, whole: None }, Some(vec!["true".to_owned(), "false".to_owned()])))
+        Some((Pure { key, reads, ..Pure::default() }, Some(vec!["true".to_owned(), "false".to_owned()])))
     }
 
     /// All variants that the result of a call may be: of those that no condition asks for, the callee may give one.

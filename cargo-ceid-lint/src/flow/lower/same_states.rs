@@ -274,6 +274,7 @@ fn changes(graph: &ControlFlowGraph, id: NodeId, since: NodeId, places: &[Place]
     match &graph.node(id).effect {
         Effect::Call(_) | Effect::Unknown { .. } if is_in_cell() => true,
         Effect::Write(write) if !write.rebinds && is_in_cell() => true,
+        Effect::Suspend => is_in_cell(),
         Effect::Set(set) | Effect::Write(set) => id != since && is_it(&set.place),
         Effect::Call(site) => {
             site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_it)

@@ -14,12 +14,22 @@ pub(super) struct Pure {
     pub(super) key: String,
     pub(super) reads: Vec<Place>,
     pub(super) whole: Option<Place>,
+    /// The cell that it asks whether it is filled, if others may do that at any time, and once: `CALIBRATION.get()`.
+    pub(super) filled: Option<Place>,
 }
 
 impl Pure {
+    /// What is found in a cell that is filled once: in a static, it is the same from then on.
+    pub(super) fn found_there(mut self) -> Self {
+        if let Some(cell) = self.filled.take().filter(|cell| cell.base_var().is_none()) {
+            self.reads.retain(|read| *read != cell);
+        }
+        self
+    }
+
     /// A part of it, which changes with it.
     pub(super) fn part(&self, step: &str) -> Self {
-        Self { key: format!("{}.{step}", self.key), reads: self.reads.clone(), whole: None }
+        Self { key: format!("{}.{step}", self.key), reads: self.reads.clone(), ..Self::default() }
     }
 }
 
@@ -41,6 +51,7 @@ impl Builder<'_> {
             total,
         };
         self.graph.subjects.push(subject);
+        self.graph.cells.filled.extend(pure.filled.map(|place| (id, place)));
         self.subjects.insert(pure.key, id);
         id
     }
@@ -94,7 +105,7 @@ impl Builder<'_> {
         self.link(branch, yes);
         self.link(branch, no);
         self.at = None;
-        (yes, no)
+        (self.may_be_filled_behind(branch, yes, true), self.may_be_filled_behind(branch, no, false))
     }
 
     /// A branch whose answer is not correlated with anything.
@@ -250,7 +261,7 @@ pub(super) fn external_head(path: &str) -> Head {
 
 /// The value of a place.
 pub(super) fn pure_place(place: Place) -> Pure {
-    Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) }
+    Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place), filled: None }
 }
 
 /// Whether a method of an option lends what is in it.

@@ -40,6 +40,7 @@ impl Builder<'_> {
             let value = self.expr(*arg);
             if let Some(closure) = value.closure {
                 self.lose_captured(id, closure);
+                self.share_cells(&value);
                 if is_awaited && is_caught {
                     self.swallow_panics(closure, span, |this| {
                         this.run_beside(closure, span);

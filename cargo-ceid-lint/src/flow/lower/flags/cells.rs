@@ -3,9 +3,9 @@
 use super::super::{Builder, Value};
 use super::is_flag;
 use crate::flow::{Cause, Effect, Place, Var};
-use crate::index::{Shape, Ty};
+use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 
 /// Whether a type is a reference or handle to a cell, or a cell.
 pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
@@ -19,11 +19,31 @@ pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
     }
 }
 
+/// Whether a type is a cell of which a reference to what it holds is borrowed, or a handle to one.
+pub(in crate::flow::lower) fn is_borrowed_from(ty: &Ty) -> bool {
+    match ty.peel() {
+        ty @ Ty::External(_, args) => match ty.external_name() {
+            Some("RefCell") => true,
+            Some("Rc" | "Arc" | "Box") => args.first().is_some_and(is_borrowed_from),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
 impl Builder<'_> {
     /// Notes that others may have a reference to what lies in a variable.
     pub(in crate::flow::lower) fn note_lent_cell(&mut self, id: ExprId, value: &Value) {
         let var = value.place.as_ref().and_then(Place::base_var);
         self.graph.cells.lent.extend(var.filter(|_| self.holds_cell(self.ty(id), 0)));
+    }
+
+    /// Notes that a closure or future which runs beside others has a reference to what it names.
+    pub(in crate::flow::lower) fn share_cells(&mut self, beside: &Value) {
+        let named = beside.closure.map(|closure| self.captured_vars(closure)).unwrap_or_default();
+        let cells = named.into_iter().filter(|var| self.holds_cell(&self.graph.var(*var).ty, 0));
+        let cells: Vec<Var> = cells.collect();
+        self.graph.cells.lent.extend(cells);
     }
 
     /// Notes that a variable gets a handle to a cell that is made for it.
@@ -72,12 +92,31 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether an expression is a cell in a static that interrupts and other threads see as well: what it holds may be another value
+    /// whenever it is read. One of `thread_local!` is reached through a key.
+    pub(in crate::flow::lower) fn is_cell_of_static(&self, id: ExprId) -> bool {
+        let mut at = id;
+        while let ExprKind::Field { base, .. } | ExprKind::Index { base, .. } | ExprKind::Deref(base) =
+            &self.body().expr(at).kind
+        {
+            at = *base;
+        }
+        let is_of_thread = |id: crate::index::ValueId| matches!(&self.program.index.value(id).item.ty, TypeRef::Path(path) if path.last() == "LocalKey");
+        match self.typed().expr_def.get(&at) {
+            Some(Def::Value(value)) => {
+                self.program.index.value(*value).item.is_static && !is_of_thread(*value) && leads_to_cell(self.ty(id))
+            }
+            _ => false,
+        }
+    }
+
     /// The place of the state that an expression reads out of a cell as it is.
     pub(in crate::flow::lower) fn state_in_cell(&mut self, id: ExprId) -> Option<Place> {
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } if self.is_state(self.ty(id)) => {
                 let reads = match (method.as_str(), args.len()) {
+                    _ if self.is_cell_of_static(*receiver) => false,
                     ("get", 0) => self.is_cell(*receiver),
                     ("load", 1) => is_flag(self.ty(*receiver)) && self.is_exclusive(*receiver),
                     _ => false,
@@ -98,7 +137,8 @@ impl Builder<'_> {
         let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(id).kind else { return None };
         let borrows = method == "borrow"
             && args.is_empty()
-            && self.ty(*receiver).peel().external_name() == Some("RefCell")
+            && is_borrowed_from(self.ty(*receiver))
+            && !self.is_cell_of_static(*receiver)
             && !self.may_hold_filter(self.ty(*receiver));
         let place = if borrows { self.static_place(*receiver) } else { None };
         self.graph.cells.read.extend(place.clone());

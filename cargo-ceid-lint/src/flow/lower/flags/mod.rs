@@ -1,8 +1,9 @@
 //! Flags and counters that are shared with interrupts and other threads: `AtomicBool`, `Cell<bool>`, `AtomicU32`, `Cell<u32>`.
 
 mod cells;
+mod once_set;
 
-pub(super) use cells::leads_to_cell;
+pub(super) use cells::{is_borrowed_from, leads_to_cell};
 
 use super::parts::given_to;
 use super::{Builder, Value};

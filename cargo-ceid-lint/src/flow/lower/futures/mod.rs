@@ -2,6 +2,8 @@
 
 mod pending;
 mod polled;
+mod suspended;
+mod unfinished;
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::mark::ONE_OF_SEVERAL;
@@ -159,6 +161,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        self.share_cells(&value);
         let before = self.emit(Effect::Nothing, span);
         let value = self.run_to_end(value, span);
         if self.at.is_none() {
@@ -236,6 +239,7 @@ impl Builder<'_> {
             }
             // Which of them ends first is not known, nor how far the others came.
             let about = crate::flow::About { is_event: true, ..self.about(id) };
+            self.share_cells(&value);
             let (runs, dropped) = self.opaque_branch(span, self.text(id), about);
             let after = self.add_node(Effect::Nothing, span);
             self.resume(runs);
@@ -273,6 +277,7 @@ impl Builder<'_> {
             let value = self.awaited_beside_others(value, span);
             self.place_part(Place::var(var).field(&number.to_string()), &value, *operand);
         }
+        self.suspend(span);
         Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 

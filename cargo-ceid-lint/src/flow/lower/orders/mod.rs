@@ -71,7 +71,7 @@ impl Builder<'_> {
             let orders = if asked.iter().any(|(_, order)| order.is_float) { &ORDERS[..] } else { &ORDERS[..3] };
             let heads: Vec<Head> = orders.iter().map(|order| (*order).to_owned()).collect();
             let key = format!("({} against {})", pair[0], pair[1]);
-            let between = Pure { key, reads: first.reads.clone(), whole: None };
+            let between = Pure { key, reads: first.reads.clone(), ..Pure::default() };
             self.ask_as_one(between, &heads, &asked, |order, at| order.head(&heads[at], order.left != pair[0]));
         }
     }

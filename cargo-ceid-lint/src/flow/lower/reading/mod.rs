@@ -194,9 +194,7 @@ pub(super) fn only_reads(own: Constants<'_>, id: ExprId, depth: u32) -> bool {
                 _ => false,
             },
             // What a cell holds is changed only where it is borrowed to be written.
-            _ if method == "borrow" => {
-                args.is_empty() && own.typed.ty(*receiver).peel().external_name() == Some("RefCell")
-            }
+            _ if method == "borrow" => args.is_empty() && super::flags::is_borrowed_from(own.typed.ty(*receiver)),
             _ if READING.contains(&method.as_str()) => {
                 matches!(callee, Some(Callee::Builtin))
                     || method != "get"
