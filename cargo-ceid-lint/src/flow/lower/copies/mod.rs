@@ -242,7 +242,9 @@ impl Builder<'_> {
         let mut copies = Vec::new();
         for (local, var) in self.captured_locals(closure) {
             let info = self.graph.var(var);
-            if !self.program.index.copies_filter(&info.ty) {
+            // What only the closure names goes along with it.
+            let is_only_there = info.param.is_some() && info.in_loop == self.loops.last().copied();
+            if !self.program.index.copies_filter(&info.ty) || is_only_there && self.is_only_named_in(local, closure) {
                 continue;
             }
             let copy = self.new_var(info.name.clone(), info.ty.clone(), info.span);
@@ -250,6 +252,13 @@ impl Builder<'_> {
             copies.push((local, copy));
         }
         self.captures.insert((closure.frame, closure.expr), copies);
+    }
+
+    /// Whether a local is named nowhere but in a closure of the same body.
+    fn is_only_named_in(&self, local: LocalId, closure: ClosureRef) -> bool {
+        let (body, around) = (self.body(), self.span(closure.expr));
+        let mut named = self.typed().expr_local.iter().filter(|(_, named)| **named == local);
+        named.all(|(id, _)| around.contains(body.expr(*id).span))
     }
 
     /// Tells copies that are put back, or stand in for what is not asked for again, from those that are instances of their own.
