@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::given::Given;
+use super::counts::Count;
+use super::given::{Given, GivenBase};
 use super::outcome::Outcome;
 use super::summary::{Summaries, Summary};
-use crate::flow::{IndexKey, Place, Projection, Relation};
+use crate::flow::{CallSite, IndexKey, Place, Projection, Relation};
 use crate::index::FunctionId;
 
 /// A place that a target of a call has ways for.
@@ -80,5 +81,16 @@ impl CalledPlace {
         let summary = summaries.get(self.target);
         let ways = summary.and_then(|summary| summary.outcomes(self.law).nth(self.number));
         ways.map_or(&[], |(_, outcomes)| outcomes.as_slice())
+    }
+}
+
+impl Summary {
+    /// Whether all that happens to a place is that it gets another value, and a call lends a reference there: `*slot = value`.
+    pub(super) fn only_points(&self, given: &Given, outcomes: &[Outcome], site: &CallSite) -> bool {
+        let GivenBase::Param(number) = given.base else { return false };
+        let is_whole = given.steps.is_empty() && self.generic.contains(&number);
+        is_whole
+            && site.args.get(number).is_some_and(|arg| arg.lends_references)
+            && outcomes.iter().all(|outcome| outcome.count == Count::Zero && outcome.unknown.is_none())
     }
 }

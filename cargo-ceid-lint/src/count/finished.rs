@@ -8,11 +8,9 @@ use super::analyse::FunctionFacts;
 use super::counts::Count;
 use super::cycles::Instance;
 use super::given::{Given, note, place_of};
+use super::moves;
 use super::summary::{Summaries, Summary};
-use crate::flow::{ControlFlowGraph, Effect, Place, Steps, Transfer, Var};
-
-/// How many moves in a row are followed.
-const MAX_MOVES: usize = 16;
+use crate::flow::{ControlFlowGraph, Effect, Place, Steps};
 
 /// Finds what the cycles of a function update, and which parts of its result they are done with.
 pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries, summary: &mut Summary) {
@@ -58,15 +56,27 @@ fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> 
     if results.is_empty() {
         return BTreeSet::new();
     }
-    let updated = updated(graph, aliases, summaries);
+    let done = done_with(graph, summaries, updated(graph, aliases, summaries));
     let mut found = BTreeSet::new();
     for result in results {
-        let own = updated.iter().filter(|root| root.base == result.base);
+        let own = done.iter().filter(|root| root.base == result.base);
         found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.into())));
-        let base = result.base_var().filter(|_| result.steps.is_empty());
-        found.extend(base.into_iter().flat_map(|var| of_variable(graph, summaries, var)).cloned());
     }
     found
+}
+
+/// Where what some places hold may have been moved, and what the calls give that are done with it.
+fn done_with(graph: &ControlFlowGraph, summaries: &Summaries, updated: BTreeSet<Place>) -> BTreeSet<Place> {
+    let given = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Call(site) => Some(site),
+        _ => None,
+    });
+    let given = given.flat_map(|site| {
+        let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
+        callees.flat_map(|callee| &callee.finished).map(|part| Place::var(site.result).join(part))
+    });
+    let sources: BTreeSet<Place> = updated.into_iter().chain(given).collect();
+    sources.iter().flat_map(|source| moves::reached(graph, summaries, source, false)).collect()
 }
 
 /// The places that the cycles of a function update, and those of what it calls.
@@ -93,45 +103,11 @@ fn updated(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -
     found
 }
 
-/// The same for what a variable is given by a call.
-pub(super) fn of_variable<'a>(
-    graph: &'a ControlFlowGraph,
-    summaries: &'a Summaries,
-    var: Var,
-) -> impl Iterator<Item = &'a Steps> {
-    let moved_from = graph.nodes.iter().filter_map(|node| match &node.effect {
-        Effect::Set(set) if set.place == Place::var(var) => set.from.as_ref().filter(|from| from.steps.is_empty()),
-        _ => None,
-    });
-    let sources: BTreeSet<Var> = moved_from.filter_map(Place::base_var).chain([var]).collect();
-    let targets = graph.nodes.iter().filter_map(move |node| match &node.effect {
-        Effect::Call(site) if sources.contains(&site.result) => Some(&site.targets),
-        _ => None,
-    });
-    targets.flatten().filter_map(|target| summaries.get(*target)).flat_map(|summary| &summary.finished)
-}
-
-/// Whether what lies at a place was moved there from where a cycle of this function has updated it: `let settled = lag;`.
-pub(super) fn is_moved_on(facts: &FunctionFacts<'_>, place: &Place) -> bool {
-    let mut seen = BTreeSet::new();
-    let mut open = vec![place.clone()];
-    while let Some(at) = open.pop().filter(|_| seen.len() < MAX_MOVES) {
-        for node in &facts.graph.nodes {
-            let Effect::Set(set) = &node.effect else { continue };
-            let rest = at.steps.strip_prefix(&*set.place.steps).filter(|_| set.place.base == at.base);
-            let (Some(from), Some(rest), Transfer::Move) = (&set.from, rest, set.transfer) else { continue };
-            let source = from.join(rest);
-            let is_source = |root: &Place| {
-                let is_it = |own: &Instance| own.place == *root && (!own.loops.is_empty() || own.function);
-                facts.updated.iter().any(is_it)
-            };
-            if facts.aliases.shared_roots(&source).iter().any(is_source) {
-                return true;
-            }
-            if seen.insert(source.clone()) {
-                open.push(source);
-            }
-        }
-    }
-    false
+/// Whether what lies at a place was moved there from where a cycle of this function, or of one that gave it, has updated it:
+/// `let settled = lag;`, `let (bias, gain) = calibrate();`, `let imu = Imu::new(bias);`.
+pub(super) fn is_moved_on(facts: &FunctionFacts<'_>, summaries: &Summaries, place: &Place) -> bool {
+    let is_cycles = |own: &&Instance| !own.loops.is_empty() || own.function;
+    let updated = facts.updated.iter().filter(is_cycles).map(|own| own.place.clone()).collect();
+    let done = done_with(facts.graph, summaries, updated);
+    done.contains(place) || facts.aliases.shared_roots(place).iter().any(|root| done.contains(root))
 }

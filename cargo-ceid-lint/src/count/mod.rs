@@ -6,6 +6,7 @@ mod analyse;
 mod analysis;
 mod answering;
 mod answers;
+mod assigned;
 mod assumed;
 mod behind;
 mod between;

@@ -204,9 +204,7 @@ impl Context<'_> {
         if !is_local && (is_touched(self.fields) || is_touched(self.anywhere) || self.lent.has(index, graph, place)) {
             return;
         }
-        if var.is_some_and(|var| finished::of_variable(graph, self.summaries, var).any(|part| *part == leaf.steps))
-            || (is_touched(self.fields) || is_touched(self.anywhere)) && self.is_of_settings(facts, place)
-        {
+        if (is_touched(self.fields) || is_touched(self.anywhere)) && self.is_of_settings(facts, place) {
             return;
         }
         let uses = self.uses(facts, place);
@@ -227,7 +225,7 @@ impl Context<'_> {
             || self.comes_back(facts, place)
             || self.is_run_for_good(facts, place)
             || self.is_left_to_law(facts, place)
-            || finished::is_moved_on(facts, place)
+            || finished::is_moved_on(facts, self.summaries, place)
         {
             return;
         }

@@ -29,7 +29,7 @@ use super::slice::ControlDependence;
 use super::stand_ins;
 use super::turns;
 use super::uneven;
-use super::{carried_over, chosen_resets, handed, kept, moves, referred};
+use super::{assigned, carried_over, chosen_resets, handed, kept, moves, referred};
 use crate::flow::{
     CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Steps, Transfer, Var,
 };
@@ -92,6 +92,8 @@ pub(super) struct Summary {
     pub(super) takes_out: BTreeSet<Given>,
     /// Where it puts what it is given: the place, and what is there from then on.
     pub(super) puts: BTreeSet<(Given, Given)>,
+    /// The places that it gives copies of filters: `self.saved = self.lag`.
+    pub(super) assigns: BTreeSet<assigned::Assigned>,
     /// The parameters that a type parameter stands for.
     pub(super) generic: BTreeSet<usize>,
     /// The functions that it calls.
@@ -148,17 +150,6 @@ impl Summary {
     /// The ways through it for all halves.
     pub(super) fn all_outcomes(&self) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
         self.halves.iter().flatten()
-    }
-}
-
-impl Summary {
-    /// Whether all that happens to a place is that it gets another value, and a call lends a reference there: `*slot = value`.
-    pub(super) fn only_points(&self, given: &Given, outcomes: &[Outcome], site: &CallSite) -> bool {
-        let GivenBase::Param(number) = given.base else { return false };
-        let is_whole = given.steps.is_empty() && self.generic.contains(&number);
-        is_whole
-            && site.args.get(number).is_some_and(|arg| arg.lends_references)
-            && outcomes.iter().all(|outcome| outcome.count == Count::Zero && outcome.unknown.is_none())
     }
 }
 
@@ -284,6 +275,7 @@ impl Summaries {
         summary.keeps = kept::params(program.index, graph, &aliases, self);
         summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
+        summary.assigns = assigned::find(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         summary.returns.extend(moves::given_back(program.index, graph, self));
         summary.copies = moves::copied_back(program.index, graph, self);

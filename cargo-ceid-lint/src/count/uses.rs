@@ -5,8 +5,8 @@ use std::cell::OnceCell;
 use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
 use super::given::takes_by_value;
-use super::instances;
 use super::owed::is_named;
+use super::{assigned, instances};
 use crate::flow::{
     Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Projection,
     Transfer, Var,
@@ -26,6 +26,8 @@ pub(super) struct Uses {
     pub(super) written: bool,
     /// It is handed to a method that may change it.
     pub(super) fed: bool,
+    /// The same without methods of its owner that leave it alone.
+    pub(super) touched: bool,
     /// It is read.
     pub(super) read: bool,
     /// A part of it is read, or a method of its own, and not only outside the cycles that begin with its state.
@@ -42,7 +44,7 @@ impl Context<'_> {
         let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         let mut uses = self.plain_uses(facts, place, &holds);
         // A template lives on in its clones, and in what its state is assigned to.
-        let is_template = !uses.looked_into && !uses.fed;
+        let is_template = !uses.looked_into && !uses.touched;
         uses.leaves |= is_template
             && (uses.is_assigned
                 || facts.graph.cloned.iter().any(&holds)
@@ -135,21 +137,30 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
+                        let does_more = || assigned::does_more(&facts.aliases, self.summaries, site, number, place);
                         if (!is_lent && takes_by_value(index, site, number)) || is_kept {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
                             let makes_another = self.is_clone(site) || self.makes_another(facts, site);
-                            uses.looked_into |= !makes_another && !is_beside_cycles();
+                            uses.looked_into |= !makes_another && !is_beside_cycles() && does_more();
                         } else {
                             uses.fed = true;
+                            uses.touched |= does_more();
                         }
+                    }
+                    for (to, from) in assigned::of_call(self.summaries, site) {
+                        uses.is_snapshot |= facts.aliases.shared_roots(&to).iter().any(|root| root == place);
+                        uses.copied |= holds(&from);
+                        uses.is_assigned |= holds(&from);
                     }
                 }
                 _ => {}
             }
         }
-        uses.fed |= facts.graph.lent.iter().any(holds);
+        let is_lent_out = facts.graph.lent.iter().any(holds);
+        uses.fed |= is_lent_out;
+        uses.touched |= is_lent_out;
         // A copy that leaves nothing behind is a move.
         uses.leaves |= uses.copied && is_emptied;
         uses
@@ -409,7 +420,7 @@ fn sets(graph: &ControlFlowGraph) -> impl Iterator<Item = (&Assignment, &Place, 
 }
 
 /// A place, and those whose values are copied into it on the way to where a function gives it back.
-fn originals(graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
+pub(super) fn originals(graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
     let mut found = vec![place.clone()];
     let mut seen = 0;
     while let Some(base) = found.get(seen).map(|place| place.base) {

@@ -74,6 +74,16 @@ impl Index {
         }
     }
 
+    /// The number of a variant of an enum of the analysed code.
+    #[must_use]
+    pub fn variant_named(&self, ty: &Ty, name: &str) -> Option<usize> {
+        let Ty::Adt(id, _) = ty else { return None };
+        match &self.type_def(*id).shape {
+            Shape::Enum(variants) => variants.iter().position(|variant| variant.name == name),
+            Shape::Struct(_) => None,
+        }
+    }
+
     /// The types of the fields of a type of the analysed code, of all its variants.
     #[must_use]
     pub fn field_types(&self, ty: &Ty) -> Vec<Ty> {

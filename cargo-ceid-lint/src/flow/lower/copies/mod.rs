@@ -1,9 +1,11 @@
 //! Values of `Copy` types: each name that one is given is another instance, unless it is put back where it came from.
 
+mod left_behind;
+
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Cause, Effect, Node, NodeId, Place, Projection, Rounds, Transfer, Var};
+use crate::flow::{Assignment, Cause, Effect, Node, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -240,7 +242,9 @@ impl Builder<'_> {
         let mut copies = Vec::new();
         for (local, var) in self.captured_locals(closure) {
             let info = self.graph.var(var);
-            if !self.program.index.copies_filter(&info.ty) {
+            // What only the closure names goes along with it.
+            let is_only_there = info.param.is_some() && info.in_loop == self.loops.last().copied();
+            if !self.program.index.copies_filter(&info.ty) || is_only_there && self.is_only_named_in(local, closure) {
                 continue;
             }
             let copy = self.new_var(info.name.clone(), info.ty.clone(), info.span);
@@ -250,9 +254,16 @@ impl Builder<'_> {
         self.captures.insert((closure.frame, closure.expr), copies);
     }
 
+    /// Whether a local is named nowhere but in a closure of the same body.
+    fn is_only_named_in(&self, local: LocalId, closure: ClosureRef) -> bool {
+        let (body, around) = (self.body(), self.span(closure.expr));
+        let mut named = self.typed().expr_local.iter().filter(|(_, named)| **named == local);
+        named.all(|(id, _)| around.contains(body.expr(*id).span))
+    }
+
     /// Tells copies that are put back, or stand in for what is not asked for again, from those that are instances of their own.
     pub(super) fn settle_copies(&mut self) {
-        self.settle_parts_of_params();
+        self.settle_left_behind();
         self.keep_saved();
         self.keep_parts();
         let copies: Vec<(NodeId, Var, Place)> = self
@@ -311,91 +322,6 @@ impl Builder<'_> {
         into.is_some_and(|var| self.program.index.copies_filter(&self.graph.var(var).ty))
     }
 
-    /// What is copied out of a parameter that was passed by value is moved if nothing asks for the parameter's own again:
-    /// `let Estimator { mut lag, pi } = self; …; Estimator { lag, pi }`.
-    fn settle_parts_of_params(&mut self) {
-        let is_owned = |var: &Var| is_value(&self.graph.var(*var).ty);
-        let taken = self.graph.nodes.iter().filter_map(|node| match &node.effect {
-            Effect::Set(set) if self.takes_copied(set) => set.place.base_var(),
-            _ => None,
-        });
-        let mut holding: BTreeSet<Var> = self.graph.params.iter().copied().chain(taken).filter(is_owned).collect();
-        let mut has_moved = true;
-        while std::mem::take(&mut has_moved) {
-            for id in self.graph.node_ids() {
-                let Some(into) = self.part_left_behind(id, &holding) else { continue };
-                if let Effect::Set(set) | Effect::Write(set) = &mut self.graph.nodes[id.0 as usize].effect {
-                    set.transfer = Transfer::Move;
-                }
-                has_moved |= holding.insert(into);
-            }
-        }
-    }
-
-    /// The variable that a node gives a copy of a part of one of these, if nothing asks for the part again.
-    fn part_left_behind(&self, id: NodeId, holding: &BTreeSet<Var>) -> Option<Var> {
-        let (Effect::Set(set) | Effect::Write(set)) = &self.graph.node(id).effect else { return None };
-        let from = set.from.as_ref().filter(|from| from.base_var().is_some_and(|var| holding.contains(&var)))?;
-        let into = set.place.base_var().filter(|_| set.transfer == Transfer::Copy)?;
-        (self.lies_inside(from) && self.is_left_behind(id, from)).then_some(into)
-    }
-
-    /// Whether a place is a variable or lies in one, and not behind a reference or handle in it.
-    fn lies_inside(&self, place: &Place) -> bool {
-        let Some(var) = place.base_var() else { return false };
-        let mut steps = place.steps.iter().map(|step| match step {
-            Projection::Field(name) => Some(&**name),
-            _ => None,
-        });
-        let ty = steps.try_fold(self.graph.var(var).ty.clone(), |ty, name| match ty {
-            Ty::Tuple(parts) => parts.get(name?.parse::<usize>().ok()?).cloned(),
-            owner => self.program.index.field_ty(&owner, None, name?),
-        });
-        ty.is_some_and(|ty| is_value(&ty))
-    }
-
-    /// Whether nothing behind a node that reads a place has to do with that place again, and nothing refers to it.
-    fn is_left_behind(&self, read_at: NodeId, place: &Place) -> bool {
-        let is_it = |other: &Place| other.overlaps(place);
-        let refers = |set: &Assignment| set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_it);
-        let is_lent = |node: &Node| matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if refers(set));
-        // What is given to the variable as a whole is another one.
-        let is_given_anew = |node: &Node| match &node.effect {
-            Effect::Set(set) => {
-                place.base_var().map(Place::var).as_ref() == Some(&set.place) && !set.from.as_ref().is_some_and(is_it)
-            }
-            _ => false,
-        };
-        let concerns = |node: &Node| match &node.effect {
-            Effect::Use { place } | Effect::Reset { place, .. } => is_it(place),
-            Effect::Update(update) => is_it(&update.place),
-            Effect::Advance(advance) => is_it(&advance.before) || is_it(&advance.after),
-            Effect::Set(set) | Effect::Write(set) => is_it(&set.place) || set.from.as_ref().is_some_and(is_it),
-            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it),
-            Effect::Unknown { places, .. } => places.iter().any(is_it),
-            Effect::Return(value) => value.place.as_ref().is_some_and(is_it),
-            _ => false,
-        };
-        if self.graph.nodes.iter().any(is_lent) {
-            return false;
-        }
-        let mut seen = BTreeSet::new();
-        let mut open = self.graph.node(read_at).next.clone();
-        while let Some(id) = open.pop().filter(|_| seen.len() < MAX_HOLDING) {
-            if !seen.insert(id) {
-                continue;
-            }
-            if is_given_anew(self.graph.node(id)) {
-                continue;
-            }
-            if concerns(self.graph.node(id)) {
-                return false;
-            }
-            open.extend(&self.graph.node(id).next);
-        }
-        seen.len() < MAX_HOLDING
-    }
-
     /// Whether something may update what one of the variables holds.
     fn is_changed(&self, vars: &BTreeSet<Var>) -> bool {
         let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
@@ -442,7 +368,8 @@ impl Builder<'_> {
                         }
                     }
                     Effect::Call(site) => {
-                        let copied = site.args.iter().filter(|arg| arg.is_copy).filter_map(|arg| arg.place.as_ref());
+                        let given = site.args.iter().filter(|arg| arg.is_copy || arg.is_moved);
+                        let copied = given.filter_map(|arg| arg.place.as_ref());
                         let given = copied.filter_map(Place::base_var).filter(|var| reached.contains(var));
                         steps.extend(given.map(|from| (from, Some(site.result))));
                     }
