@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Frame, Value};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::ExprId;
 use crate::types::{Callee, LocalId};
 
@@ -29,6 +29,11 @@ impl Builder<'_> {
                 Some((function, number)) => self.program.callables.given_to(function, number)?,
                 None => self.program.callables.behind(&self.typed().local(*local).ty.called_as()?.0)?,
             },
+            // `fn spin(rig: &mut Rig, step: fn(&mut Rig) -> bool)`
+            _ if let Some((function, number)) = self.pointer_parameter(callee) => {
+                let known = self.program.callables.given_to(function, number).filter(|_| !self.loops.is_empty());
+                known?
+            }
             _ => self.program.callables.behind(&self.ty(callee).called_as()?.0)?,
         };
         // What one of them calls in turn may be any of them again.
@@ -49,6 +54,17 @@ impl Builder<'_> {
         self.inlining.truncate(depth);
         self.give_away(id, &[], args, values);
         Some(Value::default())
+    }
+
+    /// The function of which a called pointer to a function is a parameter that stays what it is, and its number.
+    fn pointer_parameter(&self, callee: ExprId) -> Option<(FunctionId, usize)> {
+        let local = self.typed().expr_local.get(&callee)?;
+        if !matches!(self.typed().local(*local).ty.peel(), Ty::Function(..)) {
+            return None;
+        }
+        let stays =
+            !self.frames[self.frame].given_anew.contains(local) && !self.frames[self.frame].mutated.contains(local);
+        self.parameter_of(*local).filter(|_| stays)
     }
 
     /// The function of which a local is a parameter, and its number.
