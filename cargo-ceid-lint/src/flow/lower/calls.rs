@@ -261,6 +261,9 @@ impl Builder<'_> {
         if let Some(value) = self.switch_call(resolved, exprs, values, id) {
             return value;
         }
+        if let Some(closure) = self.closure_made(id, resolved, values) {
+            return closure;
+        }
         if self.is_guard(id) {
             return self.guard_from_call(id, resolved, exprs, values);
         }

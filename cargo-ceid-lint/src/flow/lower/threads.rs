@@ -4,8 +4,8 @@ use rustc_hash::FxHashSet;
 
 use super::calls::path_tail;
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, Effect, Rounds};
-use crate::index::FunctionId;
+use crate::flow::{Cause, Effect, Place, Rounds};
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, StmtKind};
 use crate::types::{Callee, TypedBody};
@@ -41,6 +41,7 @@ impl Builder<'_> {
             if let Some(closure) = value.closure {
                 self.lose_captured(id, closure);
                 self.share_cells(&value);
+                self.gives_back(id, closure);
                 if is_awaited && is_caught {
                     self.swallow_panics(closure, span, |this| {
                         this.run_beside(closure, span);
@@ -59,6 +60,24 @@ impl Builder<'_> {
             }
         }
         Value::default()
+    }
+
+    /// A thread that takes filters along and gives such back: what comes by its handle takes the place of something here, and is not
+    /// followed. `lag = thread::spawn(move || { lag.update(x); lag }).join().unwrap();`
+    fn gives_back(&mut self, id: ExprId, closure: ClosureRef) {
+        let frame = &self.frames[closure.frame];
+        let ExprKind::Closure(code) = &frame.body.expr(closure.expr).kind else { return };
+        let given = frame.typed.ty(code.body);
+        if self.at.is_none() || !code.is_move || *given == Ty::Unknown || !self.may_hold_filter(given) {
+            return;
+        }
+        let taken = self.captured_vars(closure).into_iter();
+        let places: Vec<Place> =
+            taken.filter(|var| self.may_hold_filter(&self.graph.var(*var).ty)).map(Place::var).collect();
+        if !places.is_empty() {
+            let cause = Cause::Code("what another thread gives back".to_owned());
+            self.emit(Effect::Unknown { places, cause }, self.span(id));
+        }
     }
 
     /// Runs a closure of another thread, which the code here waits for: once, unless it stays in a loop.

@@ -197,7 +197,8 @@ fn opaque(body: &Body) -> impl Iterator<Item = &OpaqueMacro> {
 fn parameters(index: &Index) -> impl Iterator<Item = (FunctionId, usize)> {
     index.function_ids().flat_map(|id| {
         let params = param_types(index, index.function(id), &index.scope_of(id));
-        let callable = params.into_iter().enumerate().filter(|(_, ty)| ty.called_as().is_some());
+        let is_called = |ty: &Ty| ty.called_as().is_some() || matches!(ty, Ty::Function(..));
+        let callable = params.into_iter().enumerate().filter(|(_, ty)| is_called(ty));
         callable.map(move |(number, _)| (id, number)).collect::<Vec<_>>()
     })
 }

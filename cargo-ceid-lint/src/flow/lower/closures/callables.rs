@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Frame, Value};
-use crate::index::FunctionId;
-use crate::syntax::tree::ExprId;
-use crate::types::{Callee, LocalId};
+use crate::index::{FunctionId, TraitName, TraitRef, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::types::{Callee, LocalId, Resolved};
 
 impl Builder<'_> {
     /// Runs one of all closures and functions that may stand behind a called value, where it is lent a filter; `None` if they are not
@@ -29,6 +29,11 @@ impl Builder<'_> {
                 Some((function, number)) => self.program.callables.given_to(function, number)?,
                 None => self.program.callables.behind(&self.typed().local(*local).ty.called_as()?.0)?,
             },
+            // `fn spin(rig: &mut Rig, step: fn(&mut Rig) -> bool)`
+            _ if let Some((function, number)) = self.pointer_parameter(callee) => {
+                let known = self.program.callables.given_to(function, number).filter(|_| !self.loops.is_empty());
+                known?
+            }
             _ => self.program.callables.behind(&self.ty(callee).called_as()?.0)?,
         };
         // What one of them calls in turn may be any of them again.
@@ -49,6 +54,60 @@ impl Builder<'_> {
         self.inlining.truncate(depth);
         self.give_away(id, &[], args, values);
         Some(Value::default())
+    }
+
+    /// The closure that a function makes of what it is given, which its caller calls: `fn smoother(lag: Lag) -> impl FnMut(f32) -> f32`.
+    pub(in crate::flow::lower) fn closure_made(
+        &mut self,
+        id: ExprId,
+        resolved: &Resolved,
+        values: &[Value],
+    ) -> Option<Value> {
+        let [target] = resolved.targets.as_slice() else { return None };
+        let function = &self.program.index.function(*target).function;
+        let body = function.body.as_ref().filter(|_| !function.is_async && !resolved.has_receiver)?;
+        let mut last = body.root;
+        while let ExprKind::Block(block) = &body.expr(last).kind {
+            last = block.tail?;
+        }
+        let makes = matches!(&body.expr(last).kind, ExprKind::Closure(code) if code.is_move && !code.is_async);
+        // One that is called once takes along what ends with that call, as a guard.
+        let is_again = |bound: &TraitRef| {
+            let TraitName::External(path) = &bound.name else { return false };
+            path.ends_with("::Fn") || path.ends_with("::FnMut")
+        };
+        let is_opaque = matches!(self.ty(id), Ty::Opaque(bounds) if bounds.iter().any(is_again));
+        let span = self.span(id);
+        if makes && is_opaque && self.is_only_called(id) { self.inline_function(*target, values, span) } else { None }
+    }
+
+    /// Whether a value gets a name, and nothing is done with that but to call it.
+    fn is_only_called(&self, value: ExprId) -> bool {
+        let (body, typed) = (self.body(), self.typed());
+        let name = body.blocks().flat_map(|block| &block.stmts).find_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init: Some(init), .. } if *init == value => typed.pat_local.get(pat),
+            _ => None,
+        });
+        let called: BTreeSet<ExprId> = body
+            .exprs
+            .iter()
+            .filter_map(|expr| match &expr.kind {
+                ExprKind::Call { callee, .. } => Some(*callee),
+                _ => None,
+            })
+            .collect();
+        name.is_some_and(|name| typed.expr_local.iter().all(|(named, local)| local != name || called.contains(named)))
+    }
+
+    /// The function of which a called pointer to a function is a parameter that stays what it is, and its number.
+    fn pointer_parameter(&self, callee: ExprId) -> Option<(FunctionId, usize)> {
+        let local = self.typed().expr_local.get(&callee)?;
+        if !matches!(self.typed().local(*local).ty.peel(), Ty::Function(..)) {
+            return None;
+        }
+        let stays =
+            !self.frames[self.frame].given_anew.contains(local) && !self.frames[self.frame].mutated.contains(local);
+        self.parameter_of(*local).filter(|_| stays)
     }
 
     /// The function of which a local is a parameter, and its number.
