@@ -29,14 +29,13 @@ impl Search<'_> {
     /// Whether a region waits somewhere while other code may write the cell that a place leads through.
     pub(in crate::count) fn is_switched_by_tasks(&self, region: Region, place: &Place) -> bool {
         let graph = self.graph;
-        let waits = || {
-            let mut waiting = graph.nodes.iter().filter(|node| matches!(node.effect, Effect::Suspend));
-            waiting.any(|node| region.holds(graph, node.in_loop))
-        };
+        let mut waiting = graph.nodes.iter().filter(|node| matches!(node.effect, Effect::Suspend));
+        if !waiting.any(|node| region.holds(graph, node.in_loop)) {
+            return false;
+        }
         let is_written = |cell: Flag<'_>| self.program.is_written_by_others(cell, graph.function);
         OnWay::to(self.program.index, graph, place).is_some_and(|cell| {
             cell.is_of_others
-                && waits()
                 && match &cell.home {
                     Home::Static(id) => is_written(Flag::Static(*id)),
                     Home::Field(owner, name) => is_written(Flag::Field(*owner, name)),
