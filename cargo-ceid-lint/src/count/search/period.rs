@@ -30,7 +30,8 @@ impl Search<'_> {
         }
         let all = self.writers_of(id);
         let starts = all.iter().filter_map(|writer| self.number_set(*writer, place)).collect::<BTreeSet<u64>>();
-        let writers: BTreeSet<NodeId> = all.iter().copied().filter(|id| self.is_in_region(region, *id)).collect();
+        let writers: BTreeSet<NodeId> =
+            all.iter().copied().filter(|id| region.holds(self.graph, self.graph.node(*id).in_loop)).collect();
         let counter = Counter { subject, place, writers, updating: self.updating() };
         let mut left = MAX_STEPS;
         let mut found = None;
@@ -55,13 +56,6 @@ impl Search<'_> {
                 head => head.parse().ok(),
             },
             _ => None,
-        }
-    }
-
-    fn is_in_region(&self, region: Region, id: NodeId) -> bool {
-        match region {
-            Region::Function => true,
-            Region::Loop(own) => self.graph.is_within(self.graph.node(id).in_loop, own),
         }
     }
 
@@ -111,7 +105,7 @@ impl Search<'_> {
                 }
                 if matches!(region, Region::Loop(_)) && *next == head {
                     ends.insert((after, opens));
-                } else if self.is_in_region(region, *next) {
+                } else if region.holds(graph, graph.node(*next).in_loop) {
                     open.push((*next, after, opens));
                 }
             }

@@ -6,7 +6,6 @@ use super::other_names::{Home, OnWay};
 use super::run::Run;
 use super::{Region, Search};
 use crate::flow::{Base, Effect, Flag, Place, SubjectId};
-use crate::syntax::tree::TypeRef;
 
 impl Search<'_> {
     /// The subjects that read a cell which others have as well.
@@ -49,9 +48,7 @@ impl Search<'_> {
     /// Whether a place is what a cell in a static holds, which interrupts and other threads see as well.
     pub(super) fn is_cell_of_static(&self, place: &Place) -> bool {
         let Base::Static(id) = place.base else { return false };
-        let is_of_thread =
-            matches!(&self.program.index.value(id).item.ty, TypeRef::Path(path) if path.last() == "LocalKey");
-        !is_of_thread && OnWay::to(self.program.index, self.graph, place).is_some()
+        !self.program.index.value(id).item.is_of_thread() && OnWay::to(self.program.index, self.graph, place).is_some()
     }
 
     /// Whether a place is a name for what a cell lends: nobody can write it meanwhile.

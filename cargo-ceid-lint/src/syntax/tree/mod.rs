@@ -158,6 +158,14 @@ pub struct ValueItem {
     pub value: Option<Body>,
 }
 
+impl ValueItem {
+    /// Whether each thread has one of its own: `thread_local!`.
+    #[must_use]
+    pub fn is_of_thread(&self) -> bool {
+        matches!(&self.ty, TypeRef::Path(path) if path.last() == "LocalKey")
+    }
+}
+
 /// An item of a trait or impl that `cfg` did not remove.
 #[derive(Clone, Debug)]
 pub struct AssocItem {

@@ -5,7 +5,7 @@ use super::is_flag;
 use crate::flow::{Cause, Effect, Place, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// Whether a type is a reference or handle to a cell, or a cell.
 pub(in crate::flow::lower) fn leads_to_cell(ty: &Ty) -> bool {
@@ -101,10 +101,10 @@ impl Builder<'_> {
         {
             at = *base;
         }
-        let is_of_thread = |id: crate::index::ValueId| matches!(&self.program.index.value(id).item.ty, TypeRef::Path(path) if path.last() == "LocalKey");
         match self.typed().expr_def.get(&at) {
             Some(Def::Value(value)) => {
-                self.program.index.value(*value).item.is_static && !is_of_thread(*value) && leads_to_cell(self.ty(id))
+                let item = &self.program.index.value(*value).item;
+                item.is_static && !item.is_of_thread() && leads_to_cell(self.ty(id))
             }
             _ => false,
         }
