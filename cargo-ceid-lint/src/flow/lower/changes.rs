@@ -180,7 +180,7 @@ impl Builder<'_> {
     /// The same for what was taken out of a place as a whole: `mem::replace(&mut state, State::Idle)`.
     pub(super) fn note_taken(&mut self, var: Var, value: &Value) {
         let ty = self.graph.var(var).ty.clone();
-        let is_state = self.is_state(&ty) && !matches!(ty, Ty::Ref(..));
+        let is_state = self.is_state(&ty) && !matches!(ty, Ty::Ref(true, _));
         let is_known = is_state || self.is_option_of_references(&ty);
         if let (Some(at), Some(place)) = (self.at.filter(|_| is_known), &value.place) {
             self.may_be_asked(place, var);

@@ -665,9 +665,11 @@ impl Builder<'_> {
                     let var = self.redeclare(local);
                     let by_reference = *by_ref || self.typed().local(local).by_ref;
                     let is_reference = matches!(self.typed().local(local).ty, Ty::Ref(..));
+                    // Nothing writes what is lent for reading, as long as it is.
+                    let is_read = matches!(self.typed().local(local).ty, Ty::Ref(false, _));
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
-                    if !by_reference {
+                    if !by_reference || is_read {
                         self.note_copied_part(var, &value);
                     }
                     self.bind_guard(var, &value, span);
