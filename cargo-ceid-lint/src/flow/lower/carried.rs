@@ -46,6 +46,17 @@ impl Builder<'_> {
         self.derive(var.as_slice(), *first);
     }
 
+    /// What a closure of a chain is given is computed as the one before makes it: `samples.map(|x| x * GAIN).map(|x| filter.update(x))`.
+    pub(super) fn derive_made(&mut self, made_by: ClosureRef, closure: ClosureRef) {
+        let Some(pat) = self.param_of(closure) else { return };
+        let ExprKind::Closure(code) = &self.frames[made_by.frame].body.expr(made_by.expr).kind else { return };
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        let given = self.vars_of(pat);
+        self.frame = made_by.frame;
+        self.derive(&given, code.body);
+        self.frame = outer;
+    }
+
     /// What a round gives is what the next one begins with.
     pub(super) fn carry_on(&mut self, state: Var, value: &Value, span: Span) {
         let ty = self.graph.var(state).ty.clone();

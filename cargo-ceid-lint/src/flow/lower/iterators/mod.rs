@@ -957,6 +957,13 @@ impl Builder<'_> {
                 Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
                 _ => self.stage(id, *stage, item, head, keyword, has_lent),
             };
+            if let Some(closure) = stage.closure() {
+                let made_by = stages[..number].iter().rev().find_map(|before| match before {
+                    Stage::Map(closure) => Some(*closure),
+                    _ => None,
+                });
+                made_by.into_iter().for_each(|made_by| self.derive_made(made_by, closure));
+            }
             // What a filter does to each element is done to those as well that it leaves out. So are its questions: they say why.
             let is_told = |test: &Test| test.about.rest.is_some() || (has_lent && !test.about.reads.is_empty());
             let asks = |this: &Self| {
