@@ -130,6 +130,7 @@ impl Builder<'_> {
         self.note_method_wait(id, receiver, method, args);
         self.note_lent_by(receiver, method);
         self.note_clone(id, receiver, method, args);
+        self.note_copied_into(receiver, method, args);
         self.note_put_into_sample(id, &[&[receiver], args].concat());
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;

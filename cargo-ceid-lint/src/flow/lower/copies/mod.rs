@@ -96,6 +96,32 @@ impl Builder<'_> {
         }
     }
 
+    /// The same where a filter is copied into what a collection is given for good: `self.voices.push(Voice { lag: self.lag, age: 0 })`.
+    pub(super) fn note_copied_into(&mut self, receiver: ExprId, method: &str, args: &[ExprId]) {
+        let fills = method.starts_with("push") || matches!(method, "insert" | "resize" | "fill" | "extend" | "enqueue");
+        if !fills || !self.may_hold_filter(self.ty(receiver).peel()) {
+            return;
+        }
+        let mut open = args.to_vec();
+        while let Some(id) = open.pop() {
+            let body = self.body();
+            match &body.expr(id).kind {
+                ExprKind::Struct { fields, .. } => open.extend(fields.iter().map(|(_, value)| *value)),
+                ExprKind::Tuple(parts)
+                | ExprKind::Array { elements: parts, .. }
+                | ExprKind::Call { args: parts, .. } => {
+                    open.extend(parts);
+                }
+                ExprKind::Repeat { value, .. } => open.push(*value),
+                ExprKind::Path(_) | ExprKind::Field { .. } if self.program.index.copies_filter(self.ty(id)) => {
+                    let copied = self.static_place(id);
+                    self.graph.cloned.extend(copied);
+                }
+                _ => {}
+            }
+        }
+    }
+
     /// Another instance with the same state.
     pub(super) fn copy_of(&mut self, value: &Value, ty: Ty, span: Span) -> Value {
         let copy = self.temporary(ty, span);
